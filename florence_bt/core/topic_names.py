@@ -83,7 +83,7 @@ AREA_M2, WAY_M, LOOPS = "m2", "m", "loops"
 """What the mapping's :data:`PLACE_STATUS` has values of: floor seen, way driven, places recognised."""
 
 SUPERVISOR = "florence_up"
-"""The node name before each part of the ``diagnostics`` of ``florence up`` on its processes."""
+"""The node of ``florence up``, and the name before each part of its ``diagnostics`` on its processes."""
 
 NAVIGATE_TO_POSE, NAVIGATE_THROUGH_POSES = "navigate_to_pose", "navigate_through_poses"
 """The actions of Nav2 (and of Florence's navigation) that drive."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import threading
+import time
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -28,7 +29,7 @@ from florence_bt.ros.clock import RosClock, SteadyClock
 from florence_bt.ros.graph_names import GraphNames
 from florence_bt.ros.node_health import NodeHealth
 from florence_bt.ros.parameters import fill_dataclass, to_parameter
-from florence_bt.ros.qos import STATE
+from florence_bt.ros.qos import COMMAND, STATE
 from florence_bt.ros.raw_messages import UnreadableBytes, is_read_here, read_message
 from florence_bt.ros.rclpy_internals import forget, throttle_logs_by_steady_time
 from florence_bt.ros.rounds import NewestReadings, Rounds
@@ -39,6 +40,10 @@ if TYPE_CHECKING:
 
 MOST_OF_MANY = 20
 """Messages of ``/tf`` that a process that is late still takes at once: those of some publishers."""
+
+MAX_COMMAND_AGE_S = 1.0
+"""Seconds after which a command is one of before. Chosen: a process that is silent for so long counts as one
+that hangs, and the base has been stopped meanwhile (docs/manual/runtime.md)."""
 
 
 class Stamped(Protocol):
@@ -235,10 +240,15 @@ class FlorenceNode(Node):
         which count, True for costly callbacks on reliable topics. Of topics with several publishers, which
         have a deep history, it is the newest :data:`MOST_OF_MANY`.
 
+        A command (:data:`~florence_bt.ros.qos.COMMAND`) that was sent more than :data:`MAX_COMMAND_AGE_S` ago
+        is refused: it waited for a process that was held up, and who sent it may have let go meanwhile.
+
         ``sift`` gets the serialised message and says whether it is wanted at all: to decode one is most of
         the work. Messages that come often are read by :mod:`florence_bt.ros.raw_messages`: they have the
         fields of their type, but are no objects of its class.
         """
+        if qos_profile is COMMAND:
+            callback = self._of_now(callback, topic)
         if not options.get("raw"):
             latched = (
                 isinstance(qos_profile, QoSProfile)
@@ -255,6 +265,8 @@ class FlorenceNode(Node):
                 callback = self._decoded(callback, topic, msg_type, sift)
             if newest_only:
                 callback = self._only_newest(callback, 1 if qos.depth <= STATE.depth else MOST_OF_MANY)
+        if qos_profile is COMMAND:
+            callback = _unpacked(callback)
         return super().create_subscription(msg_type, topic, callback, qos_profile, **options)
 
     # Each of these is wrapped, so that rclpy sees whether the callback also takes the information about the
@@ -288,6 +300,23 @@ class FlorenceNode(Node):
             if isinstance(message, OccupancyGrid):
                 self.before_long_work()
             self.attempt(callback, message, *information)
+
+        return receive
+
+    def _of_now(self, callback: Callable[..., None], topic: str) -> Callable[..., None]:
+        """Make a callback for commands that refuses those of before, by when their sender sent them.
+
+        The date of a machine whose clock is further off than any stamp may be tells nothing.
+        """
+
+        def receive(message: Any, information: Any) -> None:
+            age = time.time() - information["source_timestamp"] * 1e-9
+            if MAX_COMMAND_AGE_S < age <= MAX_STAMP_OFFSET_S:
+                allowed = f"{MAX_COMMAND_AGE_S:g} s at most, by clocks that agree"
+                self.health.count_refused(topic, f"sent {age:.1f} s ago (would have worked: {allowed})")
+                self.attempt(self.on_refused, topic)
+                return
+            callback(message)
 
         return receive
 
@@ -555,6 +584,16 @@ def failed(answer_type: type, reason: str) -> Any:
         if hasattr(answer_type, constant):
             setattr(answer, field, getattr(answer_type, constant))
     return answer
+
+
+def _unpacked(callback: Callable[..., None]) -> Callable[..., None]:
+    """Make a callback for a message and what is known of it, which rclpy's events executor gives in one."""
+
+    @functools.wraps(callback)
+    def receive(*arguments: Any) -> None:
+        callback(*(arguments[0] if len(arguments) == 1 else arguments))
+
+    return receive
 
 
 throttle_logs_by_steady_time()

@@ -131,6 +131,8 @@ class RobotState:
         self.time: PresentTime = PresentTimeOfStamps(node) if time is None else time
         self._node = node
         self._diagnoses: dict[str, Heard[Diagnosis]] = {}
+        self._on_diagnosis: list[Callable[[str, Diagnosis], object]] = []
+        self._hears_diagnostics = False
 
     def listen(self, part: Told[T], on_news: Callable[[], object] = lambda: None) -> Heard[T]:
         """Listen to a part; what was heard last of it is brought up to date from now on.
@@ -148,8 +150,17 @@ class RobotState:
         self._subscribe(part.message, part.topic, take, part.qos)
         return heard
 
-    def listen_to_diagnostics(self) -> None:
-        """Listen to what all nodes say of how they do; see :meth:`diagnoses`."""
+    def listen_to_diagnostics(self, on_diagnosis: Callable[[str, Diagnosis], object] | None = None) -> None:
+        """Listen to what all nodes say of how they do; see :meth:`diagnoses`.
+
+        Args:
+            on_diagnosis: Is told each line, its name and what it says, as often as it comes.
+        """
+        if on_diagnosis is not None:
+            self._on_diagnosis.append(on_diagnosis)
+        if self._hears_diagnostics:
+            return
+        self._hears_diagnostics = True
         self._subscribe(DiagnosticArray, DIAGNOSTICS, self._take_diagnostics, (RELIABLE, LATCHED_BY_MANY))
 
     def diagnoses(self, of: str = "", about: str = "") -> Iterator[tuple[str, Heard[Diagnosis]]]:
@@ -210,6 +221,8 @@ class RobotState:
             told = diagnosis_from_ros(status)
             ends = told.level is Severity.OK and status.name.partition(": ")[2] in TOLD_WHILE_IN_TROUBLE
             heard.take(told, stamp, repeated=not ends)
+            for on_diagnosis in self._on_diagnosis:
+                on_diagnosis(status.name, told)
 
 
 def lateness_text(node: str, told: Diagnosis) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from typing import Any
 
 import pytest
@@ -9,12 +10,14 @@ import pytest
 pytest.importorskip("rclpy")
 
 from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import Twist, Vector3
 from std_msgs.msg import Float64
 
-from florence_bt.core.topic_names import LATENESS
+from florence_bt.core.topic_names import CMD_VEL, FILTERED_CMD_VEL, LATENESS, MANUAL_CMD_VEL
 from florence_bt.ros.late_nodes import LateNodes
-from florence_bt.ros.node import FlorenceNode
+from florence_bt.ros.node import MAX_COMMAND_AGE_S, FlorenceNode
 from florence_bt.ros.qos import RELIABLE, STATE
+from florence_bt.skills.filters.velocity_filter.node import VelocityFilterNode
 
 pytestmark = pytest.mark.ros
 
@@ -35,6 +38,37 @@ def test_the_newest_readings_and_all_events_arrive(ros: Any) -> None:
     ros.spin_until(lambda: events == list(range(10)))
     ros.spin_until(lambda: readings[-1:] == [9.0])
     assert readings == sorted(readings)
+
+
+@pytest.mark.parametrize(
+    ("topic", "out"), [(CMD_VEL, FILTERED_CMD_VEL), (MANUAL_CMD_VEL, "filtered_manual_cmd_vel")]
+)
+def test_a_command_that_waited_in_the_queue_is_not_driven(
+    ros: Any, monkeypatch: pytest.MonkeyPatch, topic: str, out: str
+) -> None:
+    """The filter rested when its process was stopped: what was sent meanwhile is the newest there is."""
+    driver, base, velocity_filter = (
+        ros.add(node) for node in (FlorenceNode("driver"), FlorenceNode("base"), VelocityFilterNode())
+    )
+    driven: list[float] = []
+    base.create_subscription(Twist, out, lambda twist: driven.append(twist.linear.x), RELIABLE)
+    commands = driver.create_publisher(Twist, topic, RELIABLE)
+    forward = Twist(linear=Vector3(x=0.3))
+
+    def drives() -> bool:
+        commands.publish(forward)
+        return bool(driven) and driven[-1] > 0.0
+
+    ros.spin_until(drives, what="that commands of now are driven")
+    ros.spin_until(lambda: not velocity_filter.limiting.tickers[topic].running, what="that it rests")
+    driven.clear()
+    date, passed_s = time.time, MAX_COMMAND_AGE_S + 0.5
+    monkeypatch.setattr(time, "time", lambda: date() + passed_s)
+    commands.publish(forward)
+    ros.spin_until(lambda: velocity_filter.health.refused[topic], what="the refusal")
+    assert not any(driven)
+    passed_s = 3_600.0  # another machine, whose clock is wrong
+    ros.spin_until(drives, what="that the commands of a machine without the date are driven")
 
 
 def test_who_is_late_says_so_until_it_is_not(ros: Any) -> None:

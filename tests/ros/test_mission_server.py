@@ -398,3 +398,17 @@ def test_the_documents_actions_with_a_person_run_the_missions_of_that_name(bench
         assert wrong.status == GoalStatus.STATUS_ABORTED
         assert reason(wrong) is None or says in reason(wrong)
         assert bench.server.health.refused[name] == before + 1
+
+
+def test_who_is_late_is_told_in_the_status_as_long_as_it_is(bench_of):
+    from florence_bt.ros.node import FlorenceNode
+
+    bench = bench_of()
+    busy = bench.ros.add(FlorenceNode("busy"))
+    told = "warning: the process of busy is 3.2 s behind"
+    busy.health.count_late(3.2)
+    bench.ros.spin_until(lambda: told in bench.status().tree, what="the status without a run")
+    bench.run("drive_once", way="2 m")
+    assert told in bench.wait("RUNNING").tree
+    bench.ros.close_node(busy)
+    bench.ros.spin_until(lambda: told not in bench.status().tree, what="that it is gone")

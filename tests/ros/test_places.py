@@ -280,6 +280,17 @@ def test_where_tells_how_the_mission_stands(terminal: Terminal, state: str, reas
     assert ("runs" in mission["text"]) == (says == "runs")
 
 
+def test_where_does_not_take_the_silence_of_the_mission_server_for_no_mission(terminal: Terminal) -> None:
+    server = terminal.ros.add(FlorenceNode("florence_bt"))
+    code, output = terminal.type("where", "--json")
+    mission = json.loads(output.splitlines()[-1])["mission"]
+    assert code == 0 and not mission["known"] and "tells nothing" in mission["text"]
+    server.create_publisher(RunState, "florence_bt/run_state", LATCHED).publish(RunState(state="IDLE"))
+    code, output = terminal.type("where", "--json")
+    mission = json.loads(output.splitlines()[-1])["mission"]
+    assert mission["known"] and mission["text"] == "none has run yet"
+
+
 def test_the_last_word_of_a_driver_that_hangs_is_old(terminal: Terminal) -> None:
     caller = terminal.caller
     battery = caller.create_publisher(BatteryState, "battery_state", LATCHED)

@@ -4,38 +4,36 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-
 from florence_bt.app.bringup.topology import DEVICE_NODES
-from florence_bt.core.topic_names import DIAGNOSTICS
-from florence_bt.ros.node import FlorenceNode
-from florence_bt.ros.qos import RELIABLE
+from florence_bt.core.diagnosis import Diagnosis, Severity
+from florence_bt.ros.robot_state import RobotState
 
 
 class DeviceReport:
     """Keeps the diagnostics of the drivers. A device that has worked is not missing when it falters.
 
     Args:
-        node: Subscribes to ``diagnostics``.
+        robot: Hears them.
     """
 
-    def __init__(self, node: FlorenceNode) -> None:
-        self._status: dict[str, DiagnosticStatus] = {}
+    def __init__(self, robot: RobotState) -> None:
+        self._robot = robot
         self._worked: set[str] = set()
-        node.create_subscription(DiagnosticArray, DIAGNOSTICS, self._on_diagnostics, RELIABLE)
+        robot.listen_to_diagnostics(self._take)
 
-    def _on_diagnostics(self, message: DiagnosticArray) -> None:
-        self._status |= {status.name: status for status in message.status}
-        self._worked |= {status.name for status in message.status if status.level == DiagnosticStatus.OK}
+    def _take(self, name: str, told: Diagnosis) -> None:
+        if told.level is Severity.OK:
+            self._worked.add(name)
 
     def missing(self) -> list[str]:
         """Name each device that has not worked yet, a line each with its driver's advice."""
-        silent = set(DEVICE_NODES) - {name.partition(":")[0] for name in self._status}
+        told = {name: heard.last for name, heard in self._robot.diagnoses() if heard.last is not None}
+        silent = set(DEVICE_NODES) - {name.partition(":")[0] for name in told}
         return [
             *(
-                f"{name}: {status.message}"
-                for name, status in sorted(self._status.items())
-                if status.level == DiagnosticStatus.ERROR and name not in self._worked
+                f"{name}: {diagnosis.message}"
+                for name, diagnosis in told.items()
+                if diagnosis.level is Severity.ERROR and name not in self._worked
             ),
             *(f"{name}: its driver reports nothing; see the logs" for name in sorted(silent)),
         ]

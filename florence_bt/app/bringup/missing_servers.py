@@ -4,38 +4,32 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
-from diagnostic_msgs.msg import DiagnosticArray
-
 from florence_bt.app.runs.client import MISSION_SERVER
-from florence_bt.core.topic_names import DIAGNOSTICS, SERVERS_STATUS
-from florence_bt.ros.node import FlorenceNode
-from florence_bt.ros.qos import RELIABLE
+from florence_bt.core.diagnosis import Diagnosis
+from florence_bt.core.topic_names import SERVERS_STATUS
+from florence_bt.ros.robot_state import RobotState
 
 
 class MissingServers:
     """Reports which servers are missing whenever that changes: by skill, name and type.
 
     Args:
-        node: Subscribes to ``diagnostics``.
+        robot: Hears what the mission server says.
         report: Told the lines.
     """
 
-    def __init__(self, node: FlorenceNode, report: Callable[[str], None]) -> None:
+    def __init__(self, robot: RobotState, report: Callable[[str], None]) -> None:
         self._report = report
         self._told: Mapping[str, str] = {}
-        node.create_subscription(DiagnosticArray, DIAGNOSTICS, self._on_diagnostics, RELIABLE)
+        robot.listen_to_diagnostics(self._take)
 
-    def _on_diagnostics(self, message: DiagnosticArray) -> None:
-        for status in message.status:
-            if status.name != f"{MISSION_SERVER}: {SERVERS_STATUS}":
-                continue
-            missing = {value.key: value.value for value in status.values}
-            if missing == self._told:
-                continue
-            self._told = missing
-            if missing:
-                self._report(f"nobody serves, and {status.message}:")
-                for skill, server in missing.items():
-                    self._report(f"  {skill}: {server}")
-            else:
-                self._report(status.message)
+    def _take(self, name: str, told: Diagnosis) -> None:
+        if name != f"{MISSION_SERVER}: {SERVERS_STATUS}" or told.values == self._told:
+            return
+        self._told = told.values
+        if not self._told:
+            self._report(told.message)
+            return
+        self._report(f"nobody serves, and {told.message}:")
+        for skill, server in self._told.items():
+            self._report(f"  {skill}: {server}")

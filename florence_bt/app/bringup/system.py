@@ -37,6 +37,7 @@ from florence_bt.app.demo.kernel_cache import ensure_compiled
 from florence_bt.app.runs.client import ACTIVE_STATES, RUN_MISSION, MissionClient
 from florence_bt.core.errors import ConfigError, DeviceTimeout, FlorenceError
 from florence_bt.core.serving import ActionBinding, NodeBinding
+from florence_bt.core.topic_names import SUPERVISOR
 from florence_bt.ros.open_goals import OpenGoals
 from florence_bt.skills.served import ACTIONS
 
@@ -91,8 +92,8 @@ class System:
                 after_death=self._after_death,
             )
             port = HungDriverStop(options)
-            self.client = MissionClient()
-            self._devices = DeviceReport(self.client.node)
+            self.client = MissionClient(SUPERVISOR)
+            self._devices = DeviceReport(self.client.robot)
             self._processes = ProcessReport(self.client.node, self._supervisor, folder / "logs")
             self._hold = RobotHold(self.client, port)
             self._hung: set[str] = set()

@@ -81,7 +81,7 @@ def run_up(options: BringUp, fork_server: ForkServer) -> None:
         verbs = f"florence run {mission}, florence status, florence stop"
         say(f"in another terminal{which}: {verbs}; Ctrl-C ends all")
         system.client.follow_speech(lambda text: say(f"the robot says: {text}"))
-        MissingServers(system.client.node, say)
+        MissingServers(system.client.robot, say)
         LateNodes(system.client.node, say)
         pace = RehearsalPace()
         if options.emulated:

@@ -9,7 +9,6 @@ from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from rich.console import Console
 
@@ -17,16 +16,18 @@ from florence_bt.app.maps.picture import draw_drive
 from florence_bt.app.maps.proposal import proposed_hotspots, rooms_text
 from florence_bt.app.maps.save import wait_for_map
 from florence_bt.app.runs.client import MissionClient
+from florence_bt.core.diagnosis import Diagnosis
 from florence_bt.core.errors import DeviceTimeout
 from florence_bt.core.geometry import Pose2
+from florence_bt.core.heard import Freshness, Heard, age_text
 from florence_bt.core.text_files import refuse_existing
-from florence_bt.core.topic_names import AMCL_POSE, DIAGNOSTICS, MAP
+from florence_bt.core.topic_names import AMCL_POSE, AREA_M2, LOOPS, MAP, PLACE_STATUS, WAY_M
 from florence_bt.ros.conversions import pose_from_ros
-from florence_bt.ros.qos import LATCHED, RELIABLE
+from florence_bt.ros.qos import LATCHED
 from florence_bt.skills.navigation.map_server.map_writer import save_map
 
-MAPPING = "mapping: Place in the map"
-"""The diagnosis that tells how far the map is."""
+MAPPING = "mapping"
+"""The node that tells how far the map is."""
 _WAIT_S = 10.0
 _STEP_M = 0.1
 """From one pose of the way in the picture to the next."""
@@ -74,11 +75,9 @@ class MapWatch:
     def __init__(self, client: MissionClient, console: Console) -> None:
         self._client, self._console = client, console
         self._way: list[Pose2] = []
-        self._progress: DiagnosticStatus | None = None
         self._told = -_LINE_EVERY_S
-        subscribe = client.node.create_subscription
-        subscribe(DiagnosticArray, DIAGNOSTICS, self._on_diagnostics, RELIABLE)
-        subscribe(PoseWithCovarianceStamped, AMCL_POSE, self._on_pose, LATCHED)
+        client.robot.listen_to_diagnostics()
+        client.node.create_subscription(PoseWithCovarianceStamped, AMCL_POSE, self._on_pose, LATCHED)
 
     def wait(self) -> None:
         """Wait until the system tells of a map that it makes.
@@ -87,7 +86,7 @@ class MapWatch:
             DeviceTimeout: It does not make one.
         """
         patience_s = self._client.patience(_WAIT_S)
-        if not self._client.spin_until(lambda: self._progress is not None, patience_s):
+        if not self._client.spin_until(lambda: self._progress() is not None, patience_s):
             raise DeviceTimeout(
                 "no system that makes a map was found (would have worked: florence up --sim --mapping, or "
                 "florence up --robot CONFIG --mapping)"
@@ -96,15 +95,17 @@ class MapWatch:
     @property
     def text(self) -> str:
         """How far the map is, for people."""
-        if self._progress is None:
+        heard = self._progress()
+        if heard is None or heard.last is None:
             return "waiting for the map"
-        values = {value.key: value.value for value in self._progress.values}
+        silent = f" ({age_text(heard.age)} ago)" if heard.freshness is Freshness.OLD else ""
+        values = heard.last.values
         if not values or not self._way:
-            return str(self._progress.message)
+            return f"{heard.last.message}{silent}"
         here = self._way[-1]
         return (
-            f"{values['m2']} m² of floor seen, {values['m']} m driven, {values['loops']} places recognised; "
-            f"the robot is at ({here.x:.1f} m, {here.y:.1f} m)"
+            f"{values[AREA_M2]} m² of floor seen, {values[WAY_M]} m driven, "
+            f"{values[LOOPS]} places recognised; the robot is at ({here.x:.1f} m, {here.y:.1f} m){silent}"
         )
 
     def show_until(self, done: Callable[[], bool], watch: Callable[[], None] = lambda: None) -> None:
@@ -147,10 +148,8 @@ class MapWatch:
             self._told = time.monotonic()
             self._console.out(self.text)
 
-    def _on_diagnostics(self, message: DiagnosticArray) -> None:
-        for status in message.status:
-            if status.name == MAPPING:
-                self._progress = status
+    def _progress(self) -> Heard[Diagnosis] | None:
+        return self._client.robot.diagnosis(MAPPING, PLACE_STATUS)
 
     def _on_pose(self, message: PoseWithCovarianceStamped) -> None:
         pose = pose_from_ros(message.pose.pose)

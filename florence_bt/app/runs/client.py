@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import functools
 import json
 import math
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import rclpy
 from florence_interfaces.msg import RunState
@@ -37,6 +38,9 @@ from florence_bt.ros.domain_neighbours import DomainNeighbours
 from florence_bt.ros.executor import SpinLoop
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED, RELIABLE
+
+if TYPE_CHECKING:
+    from florence_bt.ros.robot_state import RobotState
 
 ACTIVE_STATES = ("PENDING", "ACTIVE")
 """States of a run that is not over."""
@@ -75,6 +79,12 @@ class MissionClient(Closing):
 
     Args:
         name: Node name of this client.
+
+    Attributes:
+        tree: The live tree as text, empty before the first.
+        state: The run of a mission that goes on, or the last one.
+        state_is_told: Whether the mission server has told it: one that hangs is there and tells nothing.
+        truth: What the simulator says is really so, while somebody follows it.
     """
 
     def __init__(self, name: str = "florence_client") -> None:
@@ -88,9 +98,17 @@ class MissionClient(Closing):
         self._clients: dict[str, Any] = {}
         self.tree = ""
         self.state = RunState(state="IDLE")
+        self.state_is_told = False
         self.truth: Mapping[str, Any] = {}
         self.node.create_subscription(String, TREE, self._on_tree, LATCHED)
         self.node.create_subscription(RunState, RUN_STATE, self._on_state, LATCHED)
+
+    @functools.cached_property
+    def robot(self) -> RobotState:
+        """What is heard of the robot's state."""
+        from florence_bt.ros.robot_state import RobotState  # loads messages that few commands need
+
+        return RobotState(self.node)
 
     def close(self) -> None:
         """Leave ROS."""
@@ -341,7 +359,7 @@ class MissionClient(Closing):
         self.tree = message.data
 
     def _on_state(self, message: RunState) -> None:
-        self.state = message
+        self.state, self.state_is_told = message, True
 
     def _on_truth(self, message: String) -> None:
         self.truth = json.loads(message.data)

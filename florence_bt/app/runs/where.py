@@ -33,6 +33,7 @@ from florence_bt.core.topic_names import (
     PLACE_STATUS,
     SCAN_FIT,
     SERVERS_STATUS,
+    SUPERVISOR,
 )
 from florence_bt.ros.present_time import PresentTimeOfStamps, is_of_another_clock
 from florence_bt.ros.robot_state import (
@@ -106,6 +107,10 @@ class Where:
     def _told(self) -> bool:
         place = self._place()
         if place is None or self._battery.last is None:
+            return False
+        if self._client.sees(MISSION_SERVER) and not self._client.state_is_told:
+            return False
+        if self._client.sees(SUPERVISOR) and not any(self._state.diagnoses(SUPERVISOR)):
             return False
         simulated = self._client.node.count_publishers(CLOCK) > 0
         simulated = simulated or any(map(is_of_another_clock, (self._battery.stamp, place.stamp)))
@@ -189,6 +194,8 @@ class Where:
         state = self._client.state
         if not self._client.sees(MISSION_SERVER):
             return Fact(f"not known: no mission server is there{blocked}", False)
+        if not self._client.state_is_told:
+            return Fact(f"not known: the mission server is there and tells nothing{blocked}", False)
         if not state.run_id:
             return Fact(f"none has run yet{blocked}")
         paused = is_paused(state)

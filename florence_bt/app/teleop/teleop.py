@@ -31,7 +31,7 @@ from florence_bt.core.heard import Freshness, age_text
 from florence_bt.core.topic_names import JOY, MANUAL_CMD_VEL, OVERRIDE_STATE
 from florence_bt.ros.conversions import twist_to_ros
 from florence_bt.ros.qos import COMMAND, RELIABLE
-from florence_bt.ros.robot_state import BATTERY, HELD, MOTION, OVERRIDE, RobotState
+from florence_bt.ros.robot_state import BATTERY, HELD, MOTION, OVERRIDE
 
 PERIOD_S = 0.05
 """Seconds between two commands: a fifth of what the velocity filter waits for one."""
@@ -138,7 +138,7 @@ class _Teleop:
         self._told = ""
         node = client.node
         self._velocity = node.create_publisher(Twist, MANUAL_CMD_VEL, RELIABLE)
-        state = RobotState(node)
+        state = client.robot
         self._override = state.listen(OVERRIDE, self._on_override)
         self._held, self._driven, self._battery = (state.listen(part) for part in (HELD, MOTION, BATTERY))
         self._whereabouts = Whereabouts(client)

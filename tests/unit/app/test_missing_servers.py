@@ -11,11 +11,18 @@ pytest.importorskip("rclpy")
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 
 from florence_bt.app.bringup.missing_servers import MissingServers
+from florence_bt.ros.robot_state import RobotState
 
 
 class Node:
-    def create_subscription(self, kind: Any, topic: str, callback: Any, qos: Any) -> None:
+    def create_subscription(self, kind: Any, topic: str, callback: Any, qos: Any, **options: Any) -> None:
         self.take = callback
+
+    def steady(self) -> float:
+        return 0.0
+
+    def of_stamp(self, stamp: float) -> None:
+        return None
 
 
 def about(name: str, message: str, **missing: str) -> DiagnosticArray:
@@ -25,7 +32,7 @@ def about(name: str, message: str, **missing: str) -> DiagnosticArray:
 
 def test_it_is_told_whenever_it_changes() -> None:
     node, told = Node(), []
-    MissingServers(node, told.append)  # type: ignore[arg-type]
+    MissingServers(RobotState(node, node), told.append)  # type: ignore[arg-type]
     lost = about("florence_bt: servers", "they fail", turn="action /spin (nav2_msgs/action/Spin)")
     node.take(about("turtlebot_node: Battery", "low", charge="3 %"))
     for _ in range(2):

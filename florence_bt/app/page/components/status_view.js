@@ -10,7 +10,7 @@ export default {
     <span v-else-if="'missions' in silent" style="color:#8a5a00;font-weight:bold">the mission server has said nothing for {{ silent.missions }} s: </span>
     <span v-if="run.mission"><a :href="'run?id=' + encodeURIComponent(run.run_id)" title="look at this run"><b>{{ run.mission }}</b></a> <span :style="{color}">{{ word }}</span>
       <span v-if="run.reason && run.state !== 'SUCCEEDED'"> — {{ run.reason }}</span></span>
-    <span v-else>no mission has run yet</span>
+    <span v-else-if="!('missions' in silent)">no mission has run yet</span>
     <span style="color:#666"> · battery {{ state.battery !== null ? state.battery + ' %' : state.battery_was ? 'not known (' + state.battery_was + ')' : 'not known' }}</span>
     <span v-if="override" style="color:#b3261e;font-weight:bold"> · manual override{{ 'base' in silent ? ' was on ' + silent.base + ' s ago' : '' }}: the base takes no commands of missions</span>
     <span v-if="state.stop" style="color:#b07d00"> · {{ state.stop }}</span>

@@ -174,7 +174,7 @@ class Localising:
 
     def _send_diagnosis(self) -> None:
         if self.localiser is not None:
-            found = {"Place in the map": diagnosis_of(self.localiser)}
+            found = {topic_names.PLACE_STATUS: diagnosis_of(self.localiser)}
             self._diagnoses.send(Diagnoses(found, self._p.map_frame))
 
     def _take_initial_pose(self, told: PoseEstimate) -> None:

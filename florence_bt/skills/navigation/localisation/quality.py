@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from florence_bt.core.diagnosis import Diagnosis, Severity
+from florence_bt.core.topic_names import DEVIATION_DEG, DEVIATION_M, SCAN_FIT
 from florence_bt.skills.navigation.localisation.localiser import Localiser
 
 
@@ -12,9 +13,9 @@ def diagnosis_of(localiser: Localiser) -> Diagnosis:
     """Report what a localiser knows; a warning while there is no pose, or hardly a scan fits there."""
     x, y, yaw = (math.sqrt(max(0.0, variance)) for variance in localiser.covariance.diagonal().tolist())
     values = {
-        "part of the scan that fits the map": f"{localiser.fit:.2f}",
-        "standard deviation, metres": f"{math.hypot(x, y):.3f}",
-        "standard deviation, degrees": f"{math.degrees(yaw):.2f}",
+        SCAN_FIT: f"{localiser.fit:.2f}",
+        DEVIATION_M: f"{math.hypot(x, y):.3f}",
+        DEVIATION_DEG: f"{math.degrees(yaw):.2f}",
     }
     if localiser.lost:
         return Diagnosis(Severity.WARN, "lost: searching the whole map for the robot", values)

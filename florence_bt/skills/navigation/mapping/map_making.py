@@ -27,8 +27,6 @@ from florence_bt.skills.navigation.mapping.drive import load_drive, save_drive
 from florence_bt.skills.navigation.mapping.growing_map import GrowingMap, GrowingMapParameters, MapMaker
 
 DIAGNOSTICS_PERIOD_S = 1.0
-PLACE = "Place in the map"
-"""What the diagnosis is about; its values are those of :class:`Progress`."""
 NOT_SAVED_PERIOD_S = 600.0
 """Between two warnings that the drive is not kept (chosen: a full disk stays full for a while)."""
 _MOST_UNDER_WAY = 5
@@ -200,6 +198,10 @@ class MapMaking:
         diagnosis = Diagnosis(Severity.WARN, "no scan has come yet: there is no map")
         if self._map_from_odom is not None:
             progress = self._growing.progress
-            values = {"m2": f"{progress.area:.1f}", "m": f"{progress.way:.1f}", "loops": str(progress.loops)}
+            values = {
+                topic_names.AREA_M2: f"{progress.area:.1f}",
+                topic_names.WAY_M: f"{progress.way:.1f}",
+                topic_names.LOOPS: str(progress.loops),
+            }
             diagnosis = Diagnosis(Severity.OK, "the map is being made", values)
-        self._diagnoses.send(Diagnoses({PLACE: diagnosis}, self._p.map_frame))
+        self._diagnoses.send(Diagnoses({topic_names.PLACE_STATUS: diagnosis}, self._p.map_frame))

@@ -79,6 +79,8 @@ def screen(browser: Any) -> Iterator[Any]:
             "override: the",
         ),
         ({"override": {"on": False}, "silent": {"base": 7}}, "battery", "override"),
+        ({"run": {}}, "no mission has run yet", "nothing"),
+        ({"run": {}, "silent": {"missions": 4}}, "the mission server has said nothing for 4 s", "no mission"),
         ({"run": {"mission": "greet", "state": "ACTIVE", "paused": True}}, "greet is paused", "runs"),
         (
             {"run": {"mission": "greet", "state": "ACTIVE"}, "silent": {"missions": 4}},
