@@ -132,7 +132,7 @@ def _run(tests: Sequence[str], data: Path, workers: int) -> None:
     command = [sys.executable, "-m", "pytest", "-q", "-n", str(workers), "--dist", "loadgroup", *QUICK]
     options = ["--cov=florence_bt", "--cov-context=test", "--cov-report=", f"--cov-config={settings}"]
     listed = "".join(f"{file} {_sha(ROOT / file)}\n" for file in tests)
-    done = subprocess.run([*command, *options, *tests], cwd=ROOT, stdout=sys.stderr, check=False)
+    done = subprocess.run([*command, *options, *sorted(tests)], cwd=ROOT, stdout=sys.stderr, check=False)
     if done.returncode:
         raise RuntimeError("tests fail without any mutation: mend them first")
     data.with_suffix(".files").write_text(listed)
