@@ -23,6 +23,9 @@ LONGEST_S = 300.0
 _NOTICED = (1, 2, 4)
 """What pytest exits with when a test fails, or a module cannot be imported."""
 
+_LOST = "E       fixture '"
+"""What pytest says of a test whose fixture it does not find: no mutation does that (:func:`by_folder`)."""
+
 
 class Verdict(enum.Enum):
     """What the tests say of a mutation."""
@@ -94,7 +97,7 @@ class Copy:
             TimeoutError: The moment ``until`` came before that.
         """
         names = self._folder / "tests-of-the-mutant"
-        names.write_text("\n".join(tests))
+        names.write_text("\n".join(by_folder(tests)))
         command = [
             sys.executable,
             "-m",
@@ -127,6 +130,26 @@ class Copy:
             finally:
                 with contextlib.suppress(ProcessLookupError):
                     os.killpg(tests_running.pid, signal.SIGKILL)
-        if code not in (0, *_NOTICED):
+        if code not in (0, *_NOTICED) or _LOST in said.read_text(errors="replace"):
             raise RuntimeError(f"pytest ended with {code}: {said.read_text()[-2000:]}")
         return code != 0
+
+
+def by_folder(tests: Sequence[str]) -> list[str]:
+    """Return tests with those of a folder, and of a file, one after the other; else the first come first.
+
+    pytest may lose the fixtures of a folder's ``conftest.py`` when it comes to the folder a second time.
+    """
+    folders = [_folders(test) for test in tests]
+    first: dict[str, int] = {}
+    for place, above in enumerate(folders):
+        for each in above:
+            first.setdefault(each, place)
+    places = sorted(range(len(tests)), key=lambda place: [first[each] for each in folders[place]])
+    return [tests[place] for place in places]
+
+
+def _folders(test: str) -> list[str]:
+    """Return the folders above a test, the outermost first, and its file."""
+    file = Path(test.partition("::")[0])
+    return [str(each) for each in (*reversed(file.parents), file)]

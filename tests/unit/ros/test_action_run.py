@@ -234,6 +234,22 @@ def test_a_server_that_was_restarted_while_it_was_asked_to_stop() -> None:
     assert ended(run).outcome is Outcome.CANCELLED and "was it restarted" in ended(run).reason
 
 
+def test_a_server_that_does_not_know_a_goal_yet_may_still_accept_it() -> None:
+    """The request to stop may overtake the goal: it is asked again, and the run goes on until then."""
+    clock, server, run = begin()
+    run.shut_down()
+    assert server.sent == ["goal", "cancel"]
+    run.stop_answered(StopAnswer.UNKNOWN)
+    assert run.poll() is None and run.goal_open
+    clock.advance(1.0)
+    assert server.sent == ["goal", "cancel", "cancel"]
+    run.accepted()
+    run.stop_answered(StopAnswer.PROMISED)
+    assert run.poll() is None
+    run.finished(cancelled("ended"))
+    assert ended(run) == cancelled("ended") and not run.goal_open
+
+
 def test_a_goal_that_ended_meanwhile_keeps_its_result() -> None:
     _, _, run = begin()
     run.accepted()

@@ -89,6 +89,19 @@ def test_a_way_round_a_diagonal_wall_does_not_squeeze_through_it() -> None:
         assert visited[-1] == (11, 9)
 
 
+@pytest.mark.parametrize("mirrored", [False, True])
+def test_where_no_slope_leads_on_the_lowest_neighbour_counts_but_none_behind_a_corner(mirrored: bool) -> None:
+    """At [3, 3] it is flat; the lowest cell round it, [2, 4], lies behind walls at [2, 3] and [3, 4]."""
+    potential = np.full((7, 7), UNVISITED, np.float32)
+    potential[3, 3] = potential[3, 2] = potential[4, 3] = 100.0
+    potential[2, 4], potential[4, 2], potential[5, 2] = 10.0, 80.0, 0.0
+    grid = np.ascontiguousarray(potential[:, ::-1]) if mirrored else potential
+    path, arrived = descend(grid.ravel(), 7, 3 * 7 + 3, 20, 0.5)
+    assert arrived
+    assert path[0].tolist() == [3.0, 3.0]
+    assert path[1].tolist() == [4.0 if mirrored else 2.0, 4.0]
+
+
 def test_a_way_down_ends_where_it_began_when_nothing_is_lower() -> None:
     potential = np.full(25, UNVISITED, np.float32)
     potential[12] = 50.0

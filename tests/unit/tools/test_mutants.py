@@ -11,6 +11,7 @@ from tools.mutants.__main__ import EQUIVALENT
 from tools.mutants.covering import files_over_ros, importers
 from tools.mutants.covering import tests_near as files_near
 from tools.mutants.mutations import Mutation, draw
+from tools.mutants.trying import by_folder
 from tools.tables import ROOT
 
 SOURCE = '''
@@ -97,3 +98,15 @@ def test_the_lines_of_equivalent_mutants_are_still_there() -> None:
         lines = [line.strip() for line in (ROOT / entry["path"]).read_text().splitlines()]
         assert entry["before"] in " ".join(lines), entry
         assert entry["after"] != entry["before"] and entry["reason"]
+
+
+def test_no_folder_is_come_to_twice() -> None:
+    tests = ["t/a/x.py::1", "t/b/y.py::1", "t/z.py::1", "t/a/w.py::1", "t/b/y.py::2", "t/a/x.py::2"]
+    assert by_folder(tests) == [
+        "t/a/x.py::1",
+        "t/a/x.py::2",
+        "t/a/w.py::1",
+        "t/b/y.py::1",
+        "t/b/y.py::2",
+        "t/z.py::1",
+    ]
