@@ -70,3 +70,20 @@ def shown_name(node: Behaviour) -> str:
     except (ValueProblem, TypeError, ValueError):
         return node.name
     return node.name.replace(title.written, value, 1)
+
+
+def numbered(siblings: list[Behaviour]) -> list[Behaviour]:
+    """Give numbers to siblings with equal names, so that every path is unique."""
+    if len({behaviour.name for behaviour in siblings}) == len(siblings):
+        return siblings
+    taken: set[str] = set()
+    counts: dict[str, int] = {}
+    for behaviour in siblings:
+        name = behaviour.name
+        count = counts.get(name, 1)
+        while behaviour.name in taken:
+            count += 1
+            behaviour.name = f"{name} ({count})"
+        counts[name] = count
+        taken.add(behaviour.name)
+    return siblings

@@ -15,9 +15,9 @@ from py_trees.behaviour import Behaviour
 from florence_bt.behaviours.decorators import CallMission, PreparedDecorator
 from florence_bt.behaviours.keys import KeyStore
 from florence_bt.runtime.viewers.snapshot import Accesses
-from florence_bt.trees import kinds
 from florence_bt.trees.language import model
 from florence_bt.trees.language.compile import CompiledTree, origin_of
+from florence_bt.trees.language.node_kind import KnownKinds
 
 READ, WRITE = "r", "w"
 UNSET = "-"
@@ -97,8 +97,7 @@ def _accesses(node: Behaviour, prefix: str) -> Iterator[tuple[str, str]]:
 
 
 def _written(node: model.Node) -> Iterator[str]:
-    match node:
-        case kinds.RunSkill(outputs=outputs) | kinds.CallMission(outputs=outputs):
-            yield from (key.text for _, key in outputs)
-        case kinds.Set(values=values):
-            yield from (key.text for key, _ in values)
+    """Yield the keys of the mission that a node writes; those that belong to what is below it are none."""
+    own = {key for part in node.parts for key in node.own_keys(part)}
+    written = node.writes(KnownKinds(of=lambda value: None, outputs=lambda called: {}))
+    yield from (key.text for key, _ in written if key.text not in own)

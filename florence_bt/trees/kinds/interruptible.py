@@ -66,9 +66,10 @@ class Interruptible(Wrapper):
     def build(self, builder: TreeBuilder, name: str, skipped_fails: bool) -> Behaviour:
         """Build the node below, the question beside it, and what is done then."""
         from florence_bt.behaviours import until
+        from florence_bt.behaviours.annotations import numbered
 
         body = builder.child(self, skipped_fails)
         question = builder.question(self.goal)
         interruption = builder.node(self.interruption, skipped_fails=False)
-        builder.numbered([body, question.node, interruption])
+        numbered([body, question.node, interruption])
         return until.Interruptible(name, builder.context, body, question, interruption)

@@ -73,6 +73,7 @@ class OnFailure(Wrapper):
     def build(self, builder: TreeBuilder, name: str, skipped_fails: bool) -> Behaviour:
         """Build the node below, and what is done about its failures, with keys of its own."""
         from florence_bt.behaviours import catching
+        from florence_bt.behaviours.annotations import numbered
 
         body = builder.child(self, skipped_fails)
         inside = builder.inside(self, self.handlers[0][1])
@@ -80,6 +81,6 @@ class OnFailure(Wrapper):
         words = [word.text for word, _ in self.handlers]
         chosen = by_code(zip(words, handlers, strict=True), builder.groups)
         otherwise = chosen.pop(ANY, None)
-        builder.numbered([body, *handlers])
+        numbered([body, *handlers])
         own = inside.context.keys
         return catching.OnFailure(name, builder.context, body, handlers, chosen, otherwise, own)

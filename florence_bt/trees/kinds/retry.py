@@ -138,6 +138,7 @@ class Retry(Wrapper):
     def build(self, builder: TreeBuilder, name: str, skipped_fails: bool) -> Behaviour:
         """Build the loop, with a key of its own for what is below."""
         from florence_bt.behaviours import looping
+        from florence_bt.behaviours.annotations import numbered
 
         inside = builder.inside(self, self.child)
         child = inside.node(self.child, skipped_fails=self.skip_fails_below(skipped_fails))
@@ -147,5 +148,5 @@ class Retry(Wrapper):
         key = self.attempt_key.text if self.attempt_key is not None else None
         own, on = inside.context.keys, builder.codes(self.on)
         behaviour = looping.Retry(name, child, builder.context, attempts, on, key, pause, own)
-        builder.numbered(behaviour.children)
+        numbered(behaviour.children)
         return builder.titled(self, behaviour, attempts, Kind.INTEGER)

@@ -62,8 +62,9 @@ class Until(Wrapper):
     def build(self, builder: TreeBuilder, name: str, skipped_fails: bool) -> Behaviour:
         """Build the node below, and the question beside it."""
         from florence_bt.behaviours import until
+        from florence_bt.behaviours.annotations import numbered
 
         body = builder.child(self, skipped_fails)
         question = builder.question(self.goal)
-        builder.numbered([body, question.node])
+        numbered([body, question.node])
         return until.Until(name, builder.context, body, question, self.own_failure(UNTIL_NOT_MET))

@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 
 from py_trees.behaviour import Behaviour
 
-from florence_bt.behaviours.annotations import Title, annotations_of
+from florence_bt.behaviours.annotations import Title, annotations_of, numbered
 from florence_bt.behaviours.branch import Branch, take_ids
 from florence_bt.behaviours.cleaning_up import Finally
 from florence_bt.behaviours.context import TreeContext
@@ -367,7 +367,7 @@ class _TreeBuilder:
 
     def children(self, nodes: Iterable[Node], *, skipped_fails: bool) -> list[Behaviour]:
         """Build several nodes below, with numbers where names are equal."""
-        return self.numbered([self.node(node, skipped_fails=skipped_fails) for node in nodes])
+        return numbered([self.node(node, skipped_fails=skipped_fails) for node in nodes])
 
     def child(self, node: Wrapper, skipped_fails: bool) -> Behaviour:
         """Build the node below a node, with the keys that belong to it."""
@@ -386,7 +386,7 @@ class _TreeBuilder:
                 builder = replace(self, watch=watches[-1])
             fails = node.fails_when_skipped(part, skipped_fails)
             children.append(builder.node(part, skipped_fails=fails))
-        return self.numbered(children), [watch if watch.needed else None for watch in watches]
+        return numbered(children), [watch if watch.needed else None for watch in watches]
 
     def call(self, node: kinds.CallMission) -> Call:
         """Build the tree of a mission that is called, or leave that until it is reached."""
@@ -450,22 +450,6 @@ class _TreeBuilder:
             written = _one_step(model.show(node.reads[0]))
             annotations_of(behaviour).title = Title(written, value, self.context.keys, shown)
         return behaviour
-
-    def numbered(self, siblings: list[Behaviour]) -> list[Behaviour]:
-        """Give numbers to siblings with equal names, so that every path is unique."""
-        if len({behaviour.name for behaviour in siblings}) == len(siblings):
-            return siblings
-        taken: set[str] = set()
-        counts: dict[str, int] = {}
-        for behaviour in siblings:
-            name = behaviour.name
-            count = counts.get(name, 1)
-            while behaviour.name in taken:
-                count += 1
-                behaviour.name = f"{name} ({count})"
-            counts[name] = count
-            taken.add(behaviour.name)
-        return siblings
 
     # ---- values ---------------------------------------------------------------------------------------
 

@@ -184,9 +184,6 @@ class TreeBuilder(Protocol):
     def inside(self, node: Node, part: Node) -> TreeBuilder:
         """Return what builds a part of a node: with the keys that belong to it."""
 
-    def numbered(self, siblings: list[Behaviour]) -> list[Behaviour]:
-        """Give numbers to siblings with equal names, so that every path is unique."""
-
     # ---- what is watched ------------------------------------------------------------------------------
 
     def spot(self) -> Spot | None:

@@ -215,6 +215,12 @@ class NodeWriter:
                 return self._wrapper(node)
         return self._leaf(node)
 
+    def _no_element(self, node: Node) -> ConfigError:
+        problem = f"{node.kind.word!r} has no element for BehaviorTree.CPP, and none of our own"
+        return _error_at(
+            self._mission, node, problem, ("florence_btcpp/exporter.py, which writes the others",)
+        )
+
     def _all(self, nodes: tuple[Node, ...]) -> list[Element]:
         return [self.node(node) for node in nodes]
 
@@ -324,7 +330,7 @@ class NodeWriter:
                 )
             case kinds.Timeout(duration=duration):
                 return self._timed(node, duration, ("Timeout", "msec"), "FlorenceTimeout", children)
-        raise TypeError(f"no element is known for {type(node).__name__}")
+        raise self._no_element(node)
 
     def _for_each(self, node: kinds.ForEach, children: list[Element]) -> Element:
         self._florence_node(node, "FlorenceForEach", "BehaviorTree.CPP loops over queues, not over lists")
@@ -386,7 +392,7 @@ class NodeWriter:
                 return self._use(node)
             case kinds.CallMission():
                 return self._call(node)
-        raise TypeError(f"no element is known for {type(node).__name__}")
+        raise self._no_element(node)
 
     def _set(self, node: kinds.Set) -> Element:
         text = write_flow({key.text: flow_value(value) for key, value in node.values})[1:-1]

@@ -48,3 +48,29 @@ def test_each_key_has_one_name_and_each_node_its_uses(tmp_path):
     tree.keys.write("place", Pose2(1.0, 2.0, 0.5))
     values = variables.values_of(["/place", "/room", "/inner/found"])
     assert "x 1.00 m" in values["/place"] and (values["/room"], values["/inner/found"]) == ("hall", "-")
+
+
+WRITERS = """\
+mission: writers
+keys: {seen: {type: list of text, default: []}, n: {type: integer, default: 0}}
+tree:
+  sequence:
+    - append: {seen: kitchen}
+    - add: {n: 1}
+    - for_each: $seen
+      as: room
+      do: {condition: $room == "kitchen"}
+"""
+
+
+def test_every_kind_that_writes_a_key_is_told(tmp_path):
+    """The item of a loop is a key of what is below it, and none of the mission."""
+    (tmp_path / "writers.yaml").write_text(WRITERS)
+    library = MissionLibrary.load([tmp_path])
+    context = make_context(ManualClock(), {}, collect_declarations())
+    tree = compile_mission(library.get("writers"), library, {}, context)
+    added, counted, loop = tree.root.children
+    accesses = variables_of(tree).accesses
+    assert accesses[added.id] == (("/seen", READ), ("/seen", WRITE))
+    assert accesses[counted.id] == (("/n", READ), ("/n", WRITE))
+    assert accesses[loop.id] == (("/seen", READ),)

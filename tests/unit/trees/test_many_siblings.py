@@ -8,7 +8,7 @@ from typing import Any
 
 from py_trees.behaviours import Success
 
-from florence_bt.trees.language.compile import _numbered as numbered
+from florence_bt.behaviours.annotations import numbered
 
 
 def names(*given: str) -> list[str]:
