@@ -47,6 +47,7 @@ class OpenRun:
         left: Whether the node that started it was left; the context then records its end by itself.
         late: Whether the skill took longer than its declaration allows.
         suspended: Whether it was cancelled for a pause and will be started again, by its node.
+        on_suspend: Called when it was cancelled for a pause, for the node to say so.
         on_resume: Called when the pause is over, for the node to start it again at once or in its next tick.
         end_reported: Whether the end of the cancelled run was reported already.
         deadline: The timer behind ``late``.
@@ -61,6 +62,7 @@ class OpenRun:
     left: bool = False
     late: bool = False
     suspended: bool = False
+    on_suspend: Callable[[], object] = _ignore
     on_resume: Callable[[], object] = _ignore
     end_reported: bool = False
     deadline: Timer | None = None
@@ -192,6 +194,7 @@ class TreeContext:
                 entry.end_reported = False
                 _end_limit(entry)
                 entry.run.cancel()
+                entry.on_suspend()
                 self._look_at_suspended(entry)
 
     def still_ending(self) -> list[OpenRun]:

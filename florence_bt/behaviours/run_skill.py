@@ -68,6 +68,10 @@ class ResourceLock:
         self._timer.cancel()
 
 
+PAUSED = "cancelled for the pause"
+"""What a node says whose skill a pause has cancelled; it is started again afterwards."""
+
+
 class RunSkill(Behaviour):
     """Runs a skill.
 
@@ -159,10 +163,14 @@ class RunSkill(Behaviour):
         if asked:
             self.feedback_message = f"waits for what {' and '.join(asked)} will answer after the pause"
             return False
-        self._entry, self._waiting = None, dict(entry.inputs or {})
+        self._entry, self._waiting, self.feedback_message = None, dict(entry.inputs or {}), ""
         self._context.drop(entry)
         self._start_when_free()
         return True
+
+    def _on_suspend(self) -> None:
+        """Say no longer what the skill does: it was cancelled for the pause."""
+        self.feedback_message = PAUSED
 
     def _on_resume(self) -> None:
         """Start the skill again, unless something above is asked anew in the next tick, before this node."""
@@ -187,7 +195,7 @@ class RunSkill(Behaviour):
         inputs, self._waiting = self._waiting, None
         self._path = self._path or path_of(self)
         self._entry = self._context.start(self._path, self.skill, inputs)
-        self._entry.on_resume = self._on_resume
+        self._entry.on_suspend, self._entry.on_resume = self._on_suspend, self._on_resume
 
     def _complete_inputs(self) -> dict[str, Any] | None:
         """Return the skill's inputs; None when it cannot be started, with the reason in the result."""

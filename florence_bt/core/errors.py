@@ -74,7 +74,9 @@ def raise_all(wrong: Iterable[ConfigError]) -> None:
         return
     if len(mistakes) == 1:
         raise mistakes[0]
-    error = ConfigError("\n".join([f"{len(mistakes)} mistakes:", *map(str, mistakes)]))
+    names = dict.fromkeys(name for mistake in mistakes for name in mistake.parameters)
+    told = "\n".join([f"{len(mistakes)} mistakes:", *map(str, mistakes)])
+    error = ConfigError(told, parameters=names)
     error.mistakes = mistakes
     raise error
 

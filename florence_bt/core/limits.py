@@ -10,10 +10,11 @@ import dataclasses
 import functools
 import math
 import typing
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any, Literal
 
-from florence_bt.core.errors import ConfigError, closest_first
+from florence_bt.core.errors import ConfigError, closest_first, raise_all
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,20 +79,34 @@ def check_limits(parameters: Any) -> None:
     None is left alone: a field that may be None has no value then.
 
     Raises:
-        ConfigError: Names the field, its value and what would have worked.
+        ConfigError: Names each such field, its value and what would have worked.
     """
-    for name, rule in rules_of(type(parameters)).items():  # type: ignore[arg-type]  # a class is hashable
-        value = getattr(parameters, name)
+    cls = type(parameters)
+    names = rules_of(cls)  # type: ignore[arg-type]  # a class is hashable
+    raise_all(outside_limits(cls, {name: getattr(parameters, name) for name in names}))
+
+
+def outside_limits(cls: type, values: Mapping[str, Any]) -> list[ConfigError]:
+    """Return an error for each value that a dataclass would refuse by :func:`check_limits`.
+
+    Args:
+        cls: The dataclass.
+        values: Values by field; fields that are not there are left alone.
+    """
+    wrong = []
+    for name, rule in rules_of(cls).items():
+        value = values.get(name)
         if value is None:
             continue
         if not isinstance(rule, Limits):
             if value not in rule:
                 choices = [str(choice) for choice in rule]
                 valid = closest_first(str(value), choices)
-                raise ConfigError(f"{name} cannot be {value!r}", valid=valid, parameters=[name])
+                wrong.append(ConfigError(f"{name} cannot be {value!r}", valid=valid, parameters=[name]))
         elif not rule.admits(value):
-            valid = (f"{_example(parameters, name)} ({rule})",)
-            raise ConfigError(f"{name} is {value}", valid=valid, parameters=[name])
+            valid = (f"{_example(cls, name)} ({rule})",)
+            wrong.append(ConfigError(f"{name} is {value}", valid=valid, parameters=[name]))
+    return wrong
 
 
 def check_order(parameters: Any, *pairs: tuple[str, str], equal: bool = False) -> None:
@@ -109,14 +124,14 @@ def check_order(parameters: Any, *pairs: tuple[str, str], equal: bool = False) -
         small, large = getattr(parameters, low), getattr(parameters, high)
         if not (small <= large if equal else small < large):
             relation = "must not be above" if equal else "must be below"
-            examples = [_example(parameters, name) for name in (low, high)]
+            examples = [_example(type(parameters), name) for name in (low, high)]
             problem = f"{low} ({small}) {relation} {high} ({large})"
             raise ConfigError(problem, valid=examples, parameters=[low, high])
 
 
-def _example(parameters: Any, name: str) -> str:
+def _example(cls: type, name: str) -> str:
     """Return a field with its default, if it has one."""
-    default = type(parameters).__dataclass_fields__[name].default
+    default = cls.__dataclass_fields__[name].default  # type: ignore[attr-defined]
     return name if default is dataclasses.MISSING else f"{name}: {default}"
 
 

@@ -12,7 +12,8 @@ from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
-from florence_bt.core.errors import ConfigError, closest_first
+from florence_bt.core.errors import ConfigError, closest_first, raise_all
+from florence_bt.core.limits import outside_limits
 
 T = TypeVar("T")
 USE_SIM_TIME = "use_sim_time"
@@ -29,26 +30,39 @@ def fill_dataclass(cls: type[T], read: Callable[[str, Any], Any], prefix: str = 
         prefix: What stands before each name.
 
     Raises:
-        ConfigError: A value does not fit its field, or is missing; the message names the parameter.
+        ConfigError: Values do not fit their fields, or are missing; the message names each parameter.
     """
+    wrong: list[ConfigError] = []
     hints = _type_hints(cls)  # type: ignore[arg-type]
     values: dict[str, Any] = {}
     for field in dataclasses.fields(cls):  # type: ignore[arg-type]
         name, kind, default = prefix + field.name, hints[field.name], _default(field)
-        if isinstance(kind, type) and dataclasses.is_dataclass(kind):
-            values[field.name] = fill_dataclass(kind, read, name + ".")
-            continue
-        value = read(name, None if default is dataclasses.MISSING else to_parameter(default))
-        if value is None and default is dataclasses.MISSING and not _allows_none(kind):
-            raise ConfigError(f"parameter {name!r} is not set, and it has no default", parameters=[name])
-        values[field.name] = from_parameter(name, kind, value)
+        try:
+            if isinstance(kind, type) and dataclasses.is_dataclass(kind):
+                values[field.name] = fill_dataclass(kind, read, name + ".")
+                continue
+            value = read(name, None if default is dataclasses.MISSING else to_parameter(default))
+            if value is None and default is dataclasses.MISSING and not _allows_none(kind):
+                raise ConfigError(f"parameter {name!r} is not set, and it has no default", parameters=[name])
+            values[field.name] = from_parameter(name, kind, value)
+        except ConfigError as error:
+            wrong.append(error)
+    if wrong:
+        raise_all([*wrong, *_with_prefix(outside_limits(cls, values), prefix)])
     try:
         return cls(**values)
     except ConfigError as error:
-        error.parameters = tuple(prefix + name for name in error.parameters)
+        _with_prefix([error, *error.mistakes], prefix)
         raise
     except ValueError as error:
         raise ConfigError(f"parameters of {cls.__name__}: {error}") from error
+
+
+def _with_prefix(errors: Sequence[ConfigError], prefix: str) -> Sequence[ConfigError]:
+    """Put what stands before the names of parameters into errors about them, and return these."""
+    for error in {id(error): error for error in errors}.values():
+        error.parameters = tuple(prefix + name for name in error.parameters)
+    return errors
 
 
 @functools.cache  # they are texts, which Python evaluates anew each time
@@ -65,7 +79,7 @@ def check_parameters(classes: Sequence[type], given: Mapping[str, Any], replaced
         replaced: Parameters of other programs -> what to use instead.
 
     Raises:
-        ConfigError: A name is unknown, or a value does not fit; has the names in ``parameters``.
+        ConfigError: Names are unknown, or values do not fit; has the names in ``parameters``.
     """
     known = parameter_names(classes)
     fields = (field for cls in classes for field in dataclasses.fields(cls))
@@ -76,16 +90,22 @@ def check_parameters(classes: Sequence[type], given: Mapping[str, Any], replaced
         # What has no default is given by the bring-up itself: any text will do here.
         return value if value is not None else "-" if name in needed else default
 
+    wrong: list[ConfigError] = []
     for cls in classes:
-        fill_dataclass(cls, read)
+        try:
+            fill_dataclass(cls, read)
+        except ConfigError as error:
+            wrong.append(error)
     for name in given:
         if name in replaced:
-            raise ConfigError(f"there is no parameter {name!r}: {replaced[name]}", parameters=[name])
-        if name == USE_SIM_TIME and not isinstance(given[name], bool):
-            raise _wrong(name, given[name], [_KIND_NAMES[bool]])
-        if name not in known:
+            problem = f"there is no parameter {name!r}: {replaced[name]}"
+            wrong.append(ConfigError(problem, parameters=[name]))
+        elif name == USE_SIM_TIME and not isinstance(given[name], bool):
+            wrong.append(_wrong(name, given[name], [_KIND_NAMES[bool]]))
+        elif name not in known:
             valid = closest_first(name, known)
-            raise ConfigError(f"there is no parameter {name!r}", valid=valid, parameters=[name])
+            wrong.append(ConfigError(f"there is no parameter {name!r}", valid=valid, parameters=[name]))
+    raise_all(wrong)
 
 
 def parameter_names(classes: Sequence[type]) -> set[str]:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import yaml
 
-from florence_bt.core.errors import ConfigError, closest_first
+from florence_bt.core.errors import ConfigError, closest_first, raise_all
 from florence_bt.core.paths import find_data
 from florence_bt.core.plain_yaml import (
     EmptyFile,
@@ -275,14 +275,18 @@ def check_config(config: Config, nodes: Mapping[str, NodeClass]) -> None:
         nodes: Node -> its class; only those that the configuration names are asked for.
 
     Raises:
-        ConfigError: An unknown node or parameter, or a value that does not fit; with the place in the file.
+        ConfigError: Unknown nodes and parameters, and values that do not fit; with their places in the file.
     """
     used: set[str] = set()
+    wrong: list[ConfigError] = []
     for part in config.sections:
         mine = [node for node in nodes if part.is_for(node, config.namespace)]
-        _refuse_unknown_node(part, mine, nodes, config.namespace)
-        if part.for_many and part.entries:
-            _refuse_unknown_parameter(part, {node: nodes[node] for node in mine})
+        try:
+            _refuse_unknown_node(part, mine, nodes, config.namespace)
+            if part.for_many and part.entries:
+                _refuse_unknown_parameters(part, {node: nodes[node] for node in mine})
+        except ConfigError as error:
+            wrong.append(error)
         used.update(mine)
     for node in sorted(used):
         kind = nodes[node]()
@@ -291,10 +295,12 @@ def check_config(config: Config, nodes: Mapping[str, NodeClass]) -> None:
         try:
             check_parameters(kind.parameter_classes, values, kind.replaced_parameters)
         except ConfigError as error:
-            wrong = next((entries[name] for name in error.parameters if name in entries), None)
             part = next(part for part in reversed(config.sections) if part.is_for(node, config.namespace))
-            make = wrong.error if wrong is not None else part.error
-            raise make(f"{node}: {error.problem}", error.valid) from error
+            for mistake in error.mistakes:
+                about = next((entries[name] for name in mistake.parameters if name in entries), part)
+                wrong.append(about.error(f"{node}: {mistake.problem}", mistake.valid))
+    mistakes = (mistake for error in wrong for mistake in error.mistakes)
+    raise_all(sorted(mistakes, key=lambda each: (each.file or "", each.line or 0, each.column or 0)))
 
 
 def _refuse_unknown_node(part: Section, mine: list[str], nodes: Collection[str], namespace: str) -> None:
@@ -309,9 +315,10 @@ def _refuse_unknown_node(part: Section, mine: list[str], nodes: Collection[str],
     raise part.error(f"unknown node {last!r}", closest_first(last, nodes))
 
 
-def _refuse_unknown_parameter(part: Section, mine: Mapping[str, NodeClass]) -> None:
+def _refuse_unknown_parameters(part: Section, mine: Mapping[str, NodeClass]) -> None:
     known = {name for load in mine.values() for name in parameter_names(load().parameter_classes)}
-    for name, entry in part.entries.items():
-        if name not in known:
-            problem = f"none of the nodes {part.name} has a parameter {name!r}"
-            raise entry.error(problem, closest_first(name, known))
+    raise_all(
+        entry.error(f"none of the nodes {part.name} has a parameter {name!r}", closest_first(name, known))
+        for name, entry in part.entries.items()
+        if name not in known
+    )

@@ -67,6 +67,24 @@ def test_a_bad_value_is_told_with_its_place(tmp_path, content, place, part, opti
     assert str(error.value).startswith(f"{file}:{place}: ") and part in str(error.value)
 
 
+def test_everything_that_is_wrong_with_a_configuration_is_told_in_the_order_of_the_file(tmp_path):
+    file = tmp_path / "robot.yaml"
+    file.write_text(
+        "navigate: {max_vel_x: -1.0, scan.obstacle_range: -1.0, max_vel: 1, footprint: 7}\n"
+        "navigat: {a: 1}\n"
+        "turtlebot_node:\n  port: 3\n  data_timeout: 0.0\n  lowest_charge: 2.0\n"
+        "/**: {no_such: 1, nor_such: 2}\n"
+    )
+    with pytest.raises(ConfigError) as error:
+        check_options(BringUp(folder=str(tmp_path / "out"), config_file=str(file)))
+    head, *told = str(error.value).splitlines()
+    assert head == "10 mistakes:"
+    places = [line.removeprefix(f"{file}:").partition(": ")[0] for line in told]
+    assert [int(place.partition(":")[0]) for place in places] == [1, 1, 1, 1, 2, 4, 5, 6, 7, 7]
+    for line, name in zip(told, ["max_vel_x", "obstacle_range", "max_vel", "footprint"], strict=False):
+        assert name in line, line
+
+
 def test_a_footprint_as_nav2_writes_it(tmp_path):
     file = tmp_path / "robot.yaml"
     file.write_text(f'navigate: {{footprint: "{SQUARE}", use_sim_time: true}}')

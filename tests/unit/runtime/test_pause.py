@@ -46,7 +46,9 @@ def test_a_paused_skill_is_cancelled_and_started_again_with_the_same_inputs(benc
     ticks = run.ticks
     bench.clock.advance(1000.0)
     assert run.status is RunStatus.PAUSED and run.ticks == ticks and len(bench.drive.runs) == 1
+    assert "-- cancelled for the pause" in bench.executor.render(run), "it does not drive any more"
     assert bench.executor.resume() is run
+    assert "pause" not in bench.executor.render(run)
     assert run.status is RunStatus.RUNNING and bench.drive.calls == [{"way": 3.0}] * 2
     bench.clock.advance(2.0)
     assert run.status is RunStatus.SUCCEEDED and run.ended == 1103.5

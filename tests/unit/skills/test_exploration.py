@@ -83,6 +83,26 @@ def test_a_place_is_given_twice_at_most_and_a_new_exploration_begins_anew() -> N
     assert exploration.next_view(ROBOT, 1).succeeded
 
 
+@pytest.mark.parametrize(
+    ("depth", "code"), [(0.6, "nothing_left"), (1.1, "nothing_left"), (1.4, "out_of_reach")]
+)
+def test_a_hole_that_holds_no_room_does_not_leave_the_map_open(depth: float, code: str) -> None:
+    """The inside of a cupboard whose door stands open: 0.8 m wide, and walls of furniture round it."""
+    grid = make_map()
+    cells = grid.cells.copy()
+    row, column = grid.cell_of(2.5, 1.0)
+    high, wide = round(depth / 0.05), round(0.8 / 0.05)
+    cells[row - 1 : row + high + 1, column : column + wide + 2] = OCCUPIED
+    cells[row : row + high, column : column + wide] = UNKNOWN
+    cells[row : row + high, column - 1] = OCCUPIED
+    cells[row - 1, column : column + wide] = FREE  # where it is open
+    exploration = Exploration(Costmap(CostmapParameters(), replace(grid, cells=cells)), GROWS)
+    number = 1
+    while (result := exploration.next_view(ROBOT, number)).succeeded:
+        number += 1
+    assert result.code == code, result.reason
+
+
 def test_a_robot_that_was_stuck_has_used_up_no_chances() -> None:
     exploration = Exploration(Costmap(CostmapParameters(), first_room()), GROWS)
     away = Pose2(1.0, 2.5)

@@ -38,6 +38,9 @@ _STOOD_M = 0.1
 """A robot that asks where to look next, and is no further from where it asked last, did not get away."""
 _DOOR_M = 0.7
 """A frontier of this length may be a way to somewhere."""
+_ROOM_M2 = 1.0
+"""A smaller hole in the map holds no room, whatever its frontier: the inside of furniture. Chosen below the
+smallest toilets, of 0.8 m by 1.3 m."""
 _TURN_M_PER_RAD, _LENGTH_M, _LONGEST_M = 0.3, 0.5, 3.0
 """The metres of way that a turn is worth, that a metre of frontier is, and the length from which on a longer
 frontier is not better. Chosen."""
@@ -73,6 +76,7 @@ class Frontier:
         length: Metres.
         view: Where the robot is to stand, towards it; None when there is no such place that it gets to.
         way: Metres that it drives there, infinite when there is none.
+        area: Square metres of the hole in the map behind it, infinite for what is beyond the map.
     """
 
     x: float
@@ -80,6 +84,12 @@ class Frontier:
     length: float
     view: Pose2 | None
     way: float
+    area: float = math.inf
+
+    @property
+    def may_be_door(self) -> bool:
+        """Whether it is as wide as a door, and what is behind it as large as a room."""
+        return self.length >= _DOOR_M and self.area >= _ROOM_M2
 
 
 def frontiers(
@@ -101,14 +111,16 @@ def frontiers(
     """
     costs = costmap.master if costs is None else costs
     ways = _ways(costmap, costs, robot, INSCRIBED if narrow else costmap.harmless_below)
-    unknown = _large(costmap.unknown, round(parameters.frontier_area / costmap.resolution**2))
+    sizes = _hole_sizes(costmap.unknown)
+    unknown = sizes >= max(1, round(parameters.frontier_area / costmap.resolution**2))
     for cells, length in _pieces(costmap, costs, unknown, parameters.frontier_length):
         middle = cells[np.argmin(np.hypot(*(cells - cells.mean(axis=0)).T))]
         x, y = _places(costmap, middle[None])[0].tolist()
         behind = _behind(costmap, unknown, middle)
         view = _view(costmap, costs, ways, middle, behind, parameters.frontier_distance)
         way = math.inf if view is None else float(ways[view[1]])
-        yield Frontier(x, y, length, view and view[0], way)
+        area = _largest_beside(sizes, cells) * costmap.resolution**2
+        yield Frontier(x, y, length, view and view[0], way, area)
 
 
 class Exploration:
@@ -160,9 +172,10 @@ class Exploration:
         for costs, narrow in ((seen, False), (static, False), (seen, True), (static, True)):
             pieces = frontiers(self._costmap, robot, self._p, costs, narrow=narrow)
             found = [(self._times((each.x, each.y)), each) for each in pieces]
-            least = _DOOR_M if narrow else 0.0
             open_ones = [
-                each for each in found if each[0] < 2 and each[1].view is not None and each[1].length >= least
+                each
+                for each in found
+                if each[0] < 2 and each[1].view is not None and (each[1].may_be_door or not narrow)
             ]
             if open_ones:
                 break
@@ -182,7 +195,7 @@ class Exploration:
 
 def _end(left: Sequence[Frontier]) -> Result:
     """Tell what the robot has not seen, when it can look at nothing more."""
-    large = [each for each in left if each.length >= _DOOR_M]
+    large = [each for each in left if each.may_be_door]
     if large:
         most = max(large, key=lambda each: each.length)
         where = f"the largest is {most.length:.1f} m wide, at ({most.x:.1f}, {most.y:.1f})"
@@ -231,14 +244,21 @@ def _pieces(
             yield part, len(part) * costmap.resolution
 
 
-def _large(unknown: NDArray[np.bool_], least: int) -> NDArray[np.bool_]:
-    """Return the unknown cells without those of small holes; what reaches the border is not a hole."""
+def _hole_sizes(unknown: NDArray[np.bool_]) -> NDArray[np.float64]:
+    """Return at each unknown cell how many its hole has, infinite for what reaches the border; else 0."""
     labels, count = ndimage.label(np.pad(unknown, 1, constant_values=True), _NEITHER)
-    sizes = np.bincount(labels.ravel(), minlength=count + 1)
-    sizes[labels[0, 0]] = max(least, sizes[labels[0, 0]])
-    sizes[0] = -1
-    large: NDArray[np.bool_] = (sizes >= least)[labels][1:-1, 1:-1]
-    return large
+    sizes = np.bincount(labels.ravel(), minlength=count + 1).astype(np.float64)
+    sizes[labels[0, 0]] = math.inf
+    sizes[0] = 0.0
+    of_cells: NDArray[np.float64] = sizes[labels][1:-1, 1:-1]
+    return of_cells
+
+
+def _largest_beside(sizes: NDArray[np.float64], cells: NDArray[np.int64]) -> float:
+    """Return the size of the largest hole beside some cells (row, column), shape (n, 2), in cells."""
+    low, high = np.maximum(cells.min(axis=0) - 1, 0), cells.max(axis=0) + 2
+    beside = ndimage.maximum_filter(sizes[low[0] : high[0], low[1] : high[1]], footprint=_NEITHER)
+    return float(beside[tuple((cells - low).T)].max())
 
 
 def _behind(costmap: Costmap, unknown: NDArray[np.bool_], middle: NDArray[np.int64]) -> Point2:
