@@ -125,26 +125,6 @@ def test_a_room_that_is_not_there_is_named_with_those_that_look_like_it() -> Non
     assert refused.reason == "there is no room 'kichen' (would have worked: kitchen)"
 
 
-def test_the_rig_asks_the_same_locator() -> None:
-    locator = Locator(Hotspots([KITCHEN, HALL]), ManualClock())
-    locator.robot = KITCHEN.pose
-    asked = {
-        "get_hotspot": {"label": "hall"},
-        "get_views": {"room": "hall"},
-        "robot_in_room": {"room": "kitchen"},
-        "get_robot_pose": {},
-        "get_rooms": {"rooms": ()},
-        "set_user_position": {"user": HALL.pose},
-        "get_user_room": {},
-    }
-    found = {skill: binding(skill).start_in_rig(locator, inputs) for skill, inputs in asked.items()}
-    assert all(result.succeeded for result in found.values())
-    assert found["get_hotspot"].outputs["pose"] == HALL.pose
-    assert found["get_views"].outputs["poses"] == (HALL.pose,), "without a map the hotspot is the only view"
-    assert found["get_rooms"].outputs["rooms"] == ("kitchen", "hall")
-    assert found["get_user_room"].outputs["room"] == "hall"
-
-
 # ---- what is stored ------------------------------------------------------------------------------------
 
 
