@@ -48,7 +48,7 @@ DIAGNOSIS_PERIOD_S = 1.0
 LATENESS_PERIOD_S = 2.0
 """Seconds between two words of a process that is late: it is late with its word each second, too."""
 SERVERS_PERIOD_S = 5.0
-"""How often the mission server looks which servers missions lack, and tells: discovery takes up to so long."""
+"""How often the mission server tells which servers missions lack: discovery takes up to so long."""
 PERIODS_S = {LATENESS: LATENESS_PERIOD_S, SERVERS_STATUS: SERVERS_PERIOD_S}
 """Parts of diagnostics that are told less often than the others."""
 
