@@ -47,6 +47,10 @@ T = TypeVar("T")
 DIAGNOSIS_PERIOD_S = 1.0
 LATENESS_PERIOD_S = 2.0
 """Seconds between two words of a process that is late: it is late with its word each second, too."""
+SERVERS_PERIOD_S = 5.0
+"""How often the mission server tells which servers missions lack: discovery takes up to so long."""
+PERIODS_S = {LATENESS: LATENESS_PERIOD_S, SERVERS_STATUS: SERVERS_PERIOD_S}
+"""Parts of diagnostics that are told less often than the others."""
 
 TOLD_WHILE_IN_TROUBLE = (LATENESS, REFUSALS, FAILURES, SERVERS_STATUS)
 """The parts of diagnostics that are repeated only while they are no good; that they are is told once."""
@@ -215,8 +219,7 @@ class RobotState:
         for status in message.status:
             heard = self._diagnoses.get(status.name)
             if heard is None:
-                late = status.name.endswith(f": {LATENESS}")
-                period_s = LATENESS_PERIOD_S if late else DIAGNOSIS_PERIOD_S
+                period_s = PERIODS_S.get(status.name.partition(": ")[2], DIAGNOSIS_PERIOD_S)
                 heard = self._diagnoses[status.name] = Heard(self.time, period_s)
             told = diagnosis_from_ros(status)
             ends = told.level is Severity.OK and status.name.partition(": ")[2] in TOLD_WHILE_IN_TROUBLE

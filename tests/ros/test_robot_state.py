@@ -14,13 +14,19 @@ from sensor_msgs.msg import BatteryState
 
 from florence_bt.core.diagnosis import Diagnosis, Severity
 from florence_bt.core.heard import MISSED_PERIODS, Freshness
-from florence_bt.core.topic_names import DIAGNOSTICS, SUPERVISOR
+from florence_bt.core.topic_names import DIAGNOSTICS, SERVERS_STATUS, SUPERVISOR
 from florence_bt.ros.conversions import header_to_ros, stamp_to_ros
 from florence_bt.ros.diagnostics import diagnostics_publisher, diagnostics_to_ros
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.present_time import PresentTimeOfStamps
 from florence_bt.ros.qos import LATCHED, RELIABLE
-from florence_bt.ros.robot_state import BATTERY, DIAGNOSIS_PERIOD_S, LATENESS_PERIOD_S, RobotState
+from florence_bt.ros.robot_state import (
+    BATTERY,
+    DIAGNOSIS_PERIOD_S,
+    LATENESS_PERIOD_S,
+    SERVERS_PERIOD_S,
+    RobotState,
+)
 from tests.ros.conftest import GENEROUS_S
 
 pytestmark = pytest.mark.ros
@@ -73,19 +79,27 @@ def test_what_nodes_say_of_themselves_comes_at_once_and_gets_old(ros: Any) -> No
         "process hardware": Diagnosis(Severity.ERROR, "has not answered for 3 s"),
         "process people": Diagnosis(Severity.OK, "runs"),
     }
-    publisher = diagnostics_publisher(up)
+    publisher, server_publisher = diagnostics_publisher(up), diagnostics_publisher(up)
     publisher.publish(diagnostics_to_ros(found, SUPERVISOR, "", up.stamp()))
+    lacks = {SERVERS_STATUS: Diagnosis(Severity.WARN, "missions fail", {"scan": "service /cart/scan"})}
+    server_publisher.publish(diagnostics_to_ros(lacks, "florence_bt", "", up.stamp()))
     busy.health.count_late(3.2)
     time = HandTime()
     state = RobotState(listener, time)
     state.listen_to_diagnostics()
-    ros.spin_until(lambda: state.late() and state.processes_in_trouble(), what="what was told before")
+    ros.spin_until(
+        lambda: state.late() and state.processes_in_trouble() and any(state.diagnoses(about=SERVERS_STATUS)),
+        what="what was told before",
+    )
     assert state.late() == ["the process of busy is 3.2 s behind: the machine is too busy"]
     assert state.processes_in_trouble() == {"process hardware": "has not answered for 3 s"}
     assert (SUPERVISOR, "process people", found["process people"]) in state.fresh_diagnoses()
     time.now += MISSED_PERIODS * DIAGNOSIS_PERIOD_S + 0.1
     assert state.processes_in_trouble() == {} and state.late(), "who is late tells that late, too"
     time.now += MISSED_PERIODS * LATENESS_PERIOD_S
+    assert any(state.fresh_diagnoses(about=SERVERS_STATUS)), "it is told every 5 s"
+    time.now += MISSED_PERIODS * SERVERS_PERIOD_S
+    assert not any(state.fresh_diagnoses(about=SERVERS_STATUS))
     heard = state.diagnosis(SUPERVISOR, "process hardware")
     assert state.late() == [] and heard is not None and heard.freshness is Freshness.OLD
 

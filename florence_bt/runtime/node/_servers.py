@@ -12,16 +12,14 @@ from florence_bt.core.topic_names import SERVERS_STATUS
 from florence_bt.ros.action_skill import ActionSkill
 from florence_bt.ros.diagnostics import diagnostics_publisher, diagnostics_to_ros
 from florence_bt.ros.node import FlorenceNode
+from florence_bt.ros.robot_state import SERVERS_PERIOD_S
 from florence_bt.ros.served_skill import ServedSkill, server_text
 from florence_bt.ros.service_skill import ServiceSkill
 from florence_bt.runtime.executor import Executor
 
-LOOK_PERIOD_S = 5.0
-"""Discovery takes up to so long; and so often is looked again."""
-
 
 class SkillServers:
-    """Knows which servers are there, and tells every :data:`LOOK_PERIOD_S` of those that are missing.
+    """Knows which servers are there, and tells every :data:`SERVERS_PERIOD_S` of those that are missing.
 
     Args:
         node: Sees the graph.
@@ -51,7 +49,7 @@ class SkillServers:
         self._only_used = only_used
         self._told: Mapping[str, str] = {}
         self._publisher = diagnostics_publisher(node)
-        timer = call_every(node.steady, LOOK_PERIOD_S, self._look)
+        timer = call_every(node.steady, SERVERS_PERIOD_S, self._look)
         node.on_close(timer.cancel)
 
     def missing_own(self) -> list[str]:
