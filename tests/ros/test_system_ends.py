@@ -291,3 +291,16 @@ def test_a_killed_page_or_recorder_leaves_nothing_and_the_next_one_works(
     last.wait_for(ready, PATIENCE_S)
     last.end(signal.SIGINT, PATIENCE_S)
     assert "Traceback" not in last.output
+
+
+def test_a_client_that_does_not_get_out_of_ros_ends_all_the_same(start_process):
+    program = """
+import threading
+from florence_bt.app.runs import client
+client.LEAVING_S = 0.2
+here = client.MissionClient("hangs")
+here.node.destroy_node = threading.Event().wait
+here.close()
+"""
+    child = start_process("-c", program)
+    assert child.process.wait(PATIENCE_S) == 1 and "Timeout" in child.output

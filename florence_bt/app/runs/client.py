@@ -29,7 +29,7 @@ from std_srvs.srv import Trigger
 from florence_bt.app.bringup.locks import bring_up_here
 from florence_bt.app.bringup.options import STARTS
 from florence_bt.app.bringup.signals import held_back
-from florence_bt.core.closing import Closing
+from florence_bt.core.closing import Closing, ending_anyway
 from florence_bt.core.errors import DeviceTimeout, FlorenceError
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.topic_names import RUN_STATE, SAY, SIMULATOR_TRUTH, TREE
@@ -74,6 +74,11 @@ class SystemNotThere(FlorenceError):
     """No running system answers."""
 
 
+LEAVING_S = 30.0
+"""Wall seconds. Chosen: leaving takes a tenth of one. Fast DDS may hang there for ever when others end at the
+same moment (its issue 6502): an ``up`` that had ended everything kept its lock for minutes."""
+
+
 class MissionClient(Closing):
     """A client of the mission server. Use as a context manager.
 
@@ -111,11 +116,12 @@ class MissionClient(Closing):
         return RobotState(self.node)
 
     def close(self) -> None:
-        """Leave ROS."""
-        self.node.shut_down()
-        self._loop.close()
-        self.node.destroy_node()
-        rclpy.shutdown(context=self._context)
+        """Leave ROS; a process that does not get out of it ends all the same."""
+        with ending_anyway(LEAVING_S):
+            self.node.shut_down()
+            self._loop.close()
+            self.node.destroy_node()
+            rclpy.shutdown(context=self._context)
 
     @contextmanager
     def serving(self, make: Callable[[rclpy.Context], FlorenceNode]) -> Iterator[FlorenceNode]:

@@ -122,6 +122,10 @@ class _Hand:
         """Take the base away: somebody has stopped it."""
         self._held = True
 
+    def drives_on(self, now: float) -> None:
+        """Note a command that does not count: that this process was held up is no silence of the hand."""
+        self._told_at = now
+
     def may_drive(self, twist: Twist2, now: float) -> bool:
         """Take a command of the hand, and tell whether it counts."""
         silent = now - self._told_at > LET_GO_S
@@ -343,6 +347,8 @@ class TurtlebotDriver:
         self._hold_ups.note(now)
         if twist != STANDSTILL and self._hold_ups.may_have_waited(now):
             self.late_commands += 1
+            if manual:
+                self._hand.drives_on(now)
             return
         counts = not manual or self._hand.may_drive(twist, now)
         if counts and manual is self.manual_override:

@@ -191,6 +191,23 @@ def test_a_command_that_waited_while_the_process_was_held_up_is_not_driven(manua
     assert line.right == 200, "who still drives sends the next one"
 
 
+def test_a_hand_does_not_let_go_because_the_process_was_held_up() -> None:
+    line = Line()
+    line.driver.set_manual_override(True, line.now)
+    line.driver.command(FORWARD, line.now, manual=True)
+    line.run(2)
+    line.driver.set_manual_override(True, line.now)  # a stop counts for the hand, too
+    line.now += 5.0
+    for _ in range(40):
+        line.driver.command(FORWARD, line.now, manual=True)
+        line.run(1)
+        assert line.right == line.left == 0, "it has not let go"
+    line.driver.command(Twist2(), line.now, manual=True)
+    line.driver.command(FORWARD, line.now, manual=True)
+    line.run(5)
+    assert line.right == 200
+
+
 def test_a_stop_that_waited_while_the_process_was_held_up_counts() -> None:
     line = Line()
     line.run(20, FORWARD, distance=3)
