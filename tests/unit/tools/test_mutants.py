@@ -39,6 +39,7 @@ class Counter:
             self.note(each)
             self.get_logger().info(f"{each} were added")
         left, right = self.count, -number
+        both = {**vars(self), **vars(number)}, [*range(left), *range(right)]
         return left * 2 - right
 '''
 
