@@ -187,7 +187,7 @@ FIGURES: tuple[Figures, ...] = (
         "-m tools.mutants",
         "--count 40",
         "--count 1 --jobs 1 florence_bt/core/unquoted_commas.py",
-        ("tools/mutants", "florence_bt", "tests/unit"),
+        ("tools/mutants", "florence_bt", "tests/unit", "tests/emulators", "tests/ros", "packages"),
     ),
     Figures(
         "notes/page.md",

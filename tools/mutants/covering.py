@@ -26,6 +26,8 @@ OVER_ROS = "tests/ros/*test_*.py"
 """The tests of what imports rclpy."""
 MOST = 400
 """Tests that are tried of a line; the ones that run little else come first."""
+MOST_THAT_IMPORT = 6
+"""Files of tests that are tried whole of a line that none of them is seen to run."""
 MOST_OVER_ROS = 3
 """Files of tests over ROS that are tried of a module."""
 
@@ -47,18 +49,18 @@ class Covering:
     def tests_of(self, path: str, line: int) -> list[str]:
         """Return ids of the tests that run a line of a module.
 
-        Where none does (constants, compiled functions), those of its function, then of its module, then of
-        the modules that import it.
+        Where none does (constants, compiled functions), those of its function; then some files that import
+        its module, and the tests that run others of its lines or else the modules that import it.
         """
         contexts = self._contexts(path)
-        for lines in (_statement(path, line), _function(path, line), contexts):
+        for lines in (_statement(path, line), _function(path, line)):
             tests = Counter(test for each in lines for test in contexts.get(each, ()))
             if tests:
                 return self._specific_first(tests)
-        above = [self._contexts(each) for each in importers([path], "florence_bt/*.py")]
-        return self._specific_first(
-            Counter(test for each in above for tests in each.values() for test in tests)
-        )
+        above = [contexts] if contexts else map(self._contexts, importers([path], "florence_bt/*.py"))
+        around = Counter(test for each in above for tests in each.values() for test in tests)
+        files = files_that_import(path)
+        return [*files, *(test for test in self._specific_first(around) if _file_of(test) not in files)]
 
     def _contexts(self, path: str) -> dict[int, list[str]]:
         """Return the ids of the tests that run each line of a module, by the line."""
@@ -161,6 +163,12 @@ def tests_near(paths: Collection[str]) -> list[str]:
     return list(
         dict.fromkeys(file for near in (paths, _near(paths)) for file in importers(near, *WITHOUT_ROS))
     )
+
+
+def files_that_import(path: str) -> list[str]:
+    """Return the files of tests that import a module, those that import little else first."""
+    found = importers([path], *WITHOUT_ROS)
+    return sorted(found, key=lambda file: (len(_imports(file)), file))[:MOST_THAT_IMPORT]
 
 
 def files_over_ros(path: str) -> list[str]:

@@ -33,8 +33,8 @@ _FAMILIES = {
 """By the operator's name. Others are noticed by any test: names that do not exist, bits of floats."""
 
 
-_NO_OPERATION = ("parameters", "param", "argument")
-"""Where a star or slash is no operation; with the other one callers get the same."""
+_NO_OPERATION = ("parameters", "param", "argument", "star_expr", "dictorsetmaker")
+"""Where a star or slash is no operation: with another one callers get the same, or the module is none."""
 _NOTE = re.compile(r"(.*\.)?(get_logger\(\)|_?log(ger)?)\.(debug|info)")
 """A note in a log that asks nobody to do anything; PIT leaves calls of loggers as they are, too."""
 

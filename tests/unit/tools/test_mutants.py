@@ -8,7 +8,7 @@ import pytest
 import yaml
 
 from tools.mutants.__main__ import EQUIVALENT
-from tools.mutants.covering import files_over_ros, importers
+from tools.mutants.covering import files_over_ros, files_that_import, importers
 from tools.mutants.covering import tests_near as files_near
 from tools.mutants.mutations import Mutation, draw
 from tools.mutants.trying import by_folder
@@ -39,6 +39,7 @@ class Counter:
             self.note(each)
             self.get_logger().info(f"{each} were added")
         left, right = self.count, -number
+        both = {**vars(self), **vars(number)}, [*range(left), *range(right)]
         return left * 2 - right
 '''
 
@@ -83,6 +84,11 @@ def test_tests_of_a_module_and_of_those_that_import_it_are_near() -> None:
     assert (
         near[0] == importers(["florence_bt/skills/navigation/navigate/_wave_kernels.py"], "tests/unit/*")[0]
     )
+
+
+def test_compiled_code_is_tested_by_the_files_that_import_it() -> None:
+    kernels = "florence_bt/skills/navigation/localisation/_kernels.py"
+    assert "tests/unit/skills/test_localise_kernels.py" in files_that_import(kernels)
 
 
 def test_what_imports_rclpy_is_tested_over_ros() -> None:
