@@ -2,6 +2,7 @@
 
 import ast
 import re
+from collections import Counter
 from pathlib import Path
 
 import pytest
@@ -43,3 +44,11 @@ def test_the_table_has_every_layer_and_folder():
     for folder in ("app", "simulation", "skills", "trees"):
         for part in (PACKAGE / folder).glob("*/__init__.py"):
             assert f"`{part.parent.name}`" in TEXT, part
+
+
+def test_no_two_files_of_tests_have_one_name():
+    """A report names the file alone."""
+    names = Counter(
+        path.name for folder in ("tests", "packages") for path in (ROOT / folder).rglob("test_*.py")
+    )
+    assert [name for name, count in names.items() if count > 1] == []
