@@ -22,6 +22,7 @@ from florence_bt.app.maps.proposal import proposed_hotspots, write_proposal
 from florence_bt.core.diagnosis import Diagnosis
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.sensing import FREE, OccupancyGrid
+from florence_bt.core.topic_names import PLACE_STATUS
 from florence_bt.core.topics import DIAGNOSES
 from florence_bt.runtime.run import RunStatus
 from florence_bt.simulation.home.flat import Flat, Room
@@ -29,7 +30,6 @@ from florence_bt.simulation.home.free_space import FreeSpace, free_space_of
 from florence_bt.simulation.home.generate import choose_flat
 from florence_bt.skills.locator.hotspots import Hotspot, Hotspots
 from florence_bt.skills.navigation.map_server.map_writer import save_map
-from florence_bt.skills.navigation.mapping.map_making import PLACE
 from tools.processes import processes
 from tools.tables import BUILD, RowTable, command_of, table
 
@@ -98,7 +98,7 @@ def explore(seed: int, limit_s: float = LIMIT_S) -> Explored:
         seed=seed,
         ended="" if run.status is RunStatus.SUCCEEDED else run.reason,
         seconds=run.ended - run.started,
-        driven=float(told[PLACE].values["m"]),
+        driven=float(told[PLACE_STATUS].values["m"]),
         seen={room.name: share for room in flat.rooms if (share := _seen(flat, space, room, grid)) >= 0.0},
         contacts=(*(contact.name for contact in rig.world.contacts), *contacts),
         proposed=len(rooms),

@@ -104,7 +104,7 @@ def test_what_is_wrong_is_told_with_its_place(tmp_path, content, place, part):
     options = BringUp(folder=str(tmp_path), ros_arguments=(*ROBOT1, "--params-file", str(file)))
     with pytest.raises(ConfigError) as error:
         check_options(options)
-    assert str(error.value).startswith(f"{file}:{place}: ") and part in str(error.value)
+    assert f"{file}:{place}: " in str(error.value) and part in str(error.value)
 
 
 @pytest.mark.parametrize(

@@ -13,6 +13,7 @@ from florence_bt.core.clock import ManualClock
 from florence_bt.core.diagnosis import Severity
 from florence_bt.core.geometry import Pose2, Twist2
 from florence_bt.core.sensing import FREE, OccupancyGrid
+from florence_bt.core.topic_names import PLACE_STATUS
 from florence_bt.core.topics import DIAGNOSES, MAP, ODOMETRY, POSE, SCAN
 from florence_bt.core.transforms import Transform3
 from florence_bt.simulation.rig.wires import Link, Wires
@@ -21,7 +22,6 @@ from florence_bt.skills.navigation.mapping.growing_map import GrowingMapParamete
 from florence_bt.skills.navigation.mapping.kept_scan import KeptScan
 from florence_bt.skills.navigation.mapping.map_making import (
     BUMPS,
-    PLACE,
     Bumps,
     MapMaking,
     MapMakingParameters,
@@ -175,5 +175,5 @@ def test_it_is_told_how_far_the_map_is() -> None:
     (found,) = around.heard[DIAGNOSES.name][-1].found.values()
     assert found.level is Severity.WARN
     around.play(2.0)
-    found = around.heard[DIAGNOSES.name][-1].found[PLACE]
+    found = around.heard[DIAGNOSES.name][-1].found[PLACE_STATUS]
     assert found.level is Severity.OK and float(found.values["m"]) == pytest.approx(0.5, abs=0.1)
