@@ -14,7 +14,7 @@ class ReadySystem:
 
     def __init__(self, options, report, fork_server):
         self.client = self.robot = self
-        self.node = SimpleNamespace(create_subscription=lambda *arguments, **options: None)
+        self.node = SimpleNamespace(create_subscription=lambda *arguments, **options: None, steady=None)
 
     def listen_to_diagnostics(self, take):
         pass
