@@ -6,7 +6,9 @@ definitions of their types, so that a new topic, service or action is covered wi
 
 from __future__ import annotations
 
+import inspect
 import random
+import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
@@ -137,8 +139,10 @@ def generated(message_type: Any, node: FlorenceNode, rng: random.Random) -> Any:
 
 
 def deliver(subscription: Any, message: Any) -> None:
-    """Hand a message over as rclpy does: as bytes where those were asked for."""
-    subscription.callback(serialize_message(message) if subscription.raw else message)
+    """Hand a message over as rclpy does: as bytes, and with when it was sent, where that was asked for."""
+    given = serialize_message(message) if subscription.raw else message
+    told = len(inspect.signature(subscription.callback).parameters) == 2
+    subscription.callback((given, {"source_timestamp": time.time_ns()}) if told else given)
 
 
 def attack(

@@ -197,7 +197,7 @@ def test_where_the_robot_was_a_while_ago_is_not_where_it_is(bench: Bench, ago_s:
     def listens() -> bool:
         missions.frames.send("odom", "base_link", missions.timebase.now(), Pose2())
         missions.frames.send("map", "odom", missions.timebase.now() - ago_s, Pose2(1.5, 0.5, 0.25))
-        return bench.locator._tf.buffer.newest_between("map", "base_link") is not None
+        return bench.locator._locating._frames.buffer.newest_between("map", "base_link") is not None
 
     bench.until(listens, "the transforms")
     assert bench.call(GetXYPhi, "getRobotPosXYPhi").valid is known

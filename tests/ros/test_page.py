@@ -280,7 +280,7 @@ def test_who_hangs_or_is_late_is_shown_until_it_does_not(ros: Any, page: int) ->
         found = {"process hardware": Diagnosis(Severity.ERROR, "has not answered for 3 s")}
         publisher.publish(diagnostics_to_ros(found, SUPERVISOR, "", up.stamp()))
         viewer.take()
-        shown = viewer.parts["state"]["trouble"] or ""
+        shown = viewer.parts.get("state", {}).get("trouble") or ""
         return all(text in shown for text in texts)
 
     busy.health.count_late(3.2)

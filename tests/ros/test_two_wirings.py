@@ -319,7 +319,7 @@ class OverRos:
             lambda: all(count >= self.sent[each.topic_name] for each, count in self.taken.items()),
             what="what was published",
         )
-        self.ros.loop.drain(3)  # of readings that came together, the newest is served last
+        self.ros.loop.drain()  # of readings that came together, the newest is served when the round ends
 
     def _count(self, subscription: Any) -> None:
         """Count what a subscription is given from now on: all that is sent from now on."""

@@ -11,6 +11,7 @@ A fork has not got these threads, so it cannot be traced by LTTng.
 
 from __future__ import annotations
 
+import contextlib
 import ctypes
 import gc
 import importlib
@@ -60,6 +61,8 @@ def main(channel: socket.socket) -> int:
         inspect.getmodule(main.__code__)
         gc.freeze()
         pid = _fork()
+        while pid is None:
+            pid = _fork()
         if not pid:
             channel.close()
             return _run(order, descriptors)
@@ -91,28 +94,33 @@ def _load(what: Sequence[str]) -> None:
             print(f"the fork server could not load {each}: {error}", file=sys.stderr)
 
 
-def _fork() -> int:
+def _fork() -> int | None:
     """Fork a process that is not a child of this one.
 
     Returns:
-        Its process id; in the fork itself 0, as soon as it has its new parent.
+        Its process id; in the fork itself 0, as soon as it has its new parent; None when the process in
+        between was killed, and nothing is left.
     """
     told, tell = os.pipe()
     begin, hold = os.pipe()
     between = os.fork()
     if not between:
-        pid = os.fork()
-        if pid:
-            os.write(tell, str(pid).encode())
+        fork = os.fork()
+        if fork:
+            os.write(tell, str(fork).encode())
             os._exit(0)
         for descriptor in (told, tell, hold):
             os.close(descriptor)
-        os.read(begin, 1)  # until the server has closed its end
+        if not os.read(begin, 1):
+            os._exit(0)  # the server does not know of it
         os.close(begin)
         return 0
     os.close(tell)
-    pid = int(os.read(told, 32))
+    pid = int(os.read(told, 32) or 0) or None
     os.waitpid(between, 0)
+    if pid is not None:
+        with contextlib.suppress(BrokenPipeError):  # it is dead: who looks after it sees that
+            os.write(hold, b"1")
     for descriptor in (told, begin, hold):
         os.close(descriptor)
     return pid

@@ -164,3 +164,18 @@ def test_a_server_whose_supervisor_was_killed_while_it_loads_ends_without_a_word
     ours.close()
     output, _ = server.communicate(timeout=600)
     assert (server.returncode, output) == (0, b"")
+
+
+def test_when_the_process_between_a_fork_and_the_server_is_killed_no_fork_is_left():
+    """Whoever kills at random may meet it; the server forks anew then, and nobody knows of the first fork."""
+    code = (
+        "import os, signal\n"
+        "from florence_bt.app.bringup import fork_server_main\n"
+        "os.write = lambda *_: os.kill(os.getpid(), signal.SIGKILL)\n"
+        "print(fork_server_main._fork(), flush=True)\n"
+    )
+    ended = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=False
+    )
+    # A fork that was left would say 0, and hold the pipe open meanwhile.
+    assert (ended.stdout, ended.stderr, ended.returncode) == ("None\n", "", 0)
