@@ -22,7 +22,7 @@ from florence_bt.skills.navigation.navigate.people import People
 from florence_bt.skills.navigation.navigate.recovery import ProgressWatch
 from florence_bt.skills.navigation.navigate.results import BaseStop
 from florence_bt.skills.navigation.navigate.spin import Spin, SpinParameters
-from florence_bt.skills.navigation.navigate.state import RobotState
+from florence_bt.skills.navigation.navigate.state import CycleState
 
 COSTMAP = CostmapParameters()
 ORIGIN = Pose2()
@@ -187,10 +187,10 @@ def test_distances_between_cells() -> None:
     assert distance_at(holed, 1.5, 0.5, 100.0) == 100.0
 
 
-def still(now: float, pose: Pose2, clearance: Clearance, twist: Twist2 = STANDSTILL) -> RobotState:
+def still(now: float, pose: Pose2, clearance: Clearance, twist: Twist2 = STANDSTILL) -> CycleState:
     """A robot beside which nobody is, and which nothing holds."""
     driven = DrivenWay(COSTMAP.make_true_footprint())
-    return RobotState(now, pose, twist, ORIGIN, clearance, BaseStop(), driven)
+    return CycleState(now, pose, twist, ORIGIN, clearance, BaseStop(), driven)
 
 
 def turn_to_its_end(turn: Spin, *, delay: int = 3) -> tuple[float, float, str]:
@@ -254,11 +254,11 @@ def test_a_turn_that_would_hit_does_not_begin() -> None:
 def test_backing_up_stops_before_an_obstacle() -> None:
     behind = local(*wall(-0.28))
 
-    def state(now: float, costmap: Costmap, pose: Pose2 = ORIGIN) -> RobotState:
+    def state(now: float, costmap: Costmap, pose: Pose2 = ORIGIN) -> CycleState:
         clearance = Clearance(costmap, pose, None, None)
         driven = DrivenWay(CostmapParameters().make_true_footprint())
         driven.saw(ORIGIN)
-        return RobotState(now, pose, STANDSTILL, ORIGIN, clearance, BaseStop(), driven)
+        return CycleState(now, pose, STANDSTILL, ORIGIN, clearance, BaseStop(), driven)
 
     parameters = RecoveryParameters(back_up_distance=0.3, back_up_speed=0.1)
     back = BackUp(state(0.0, local()), parameters, 10.0)

@@ -16,7 +16,7 @@ from florence_bt.skills.navigation.navigate.drive_actions import PoseGoal, SpinG
 from florence_bt.skills.navigation.navigate.driven_way import DrivenWay
 from florence_bt.skills.navigation.navigate.parameters import RecoveryParameters
 from florence_bt.skills.navigation.navigate.results import BaseStop
-from florence_bt.skills.navigation.navigate.state import RobotState
+from florence_bt.skills.navigation.navigate.state import CycleState
 from tests.sweeps import examples
 from tests.unit.skills.navigation_world import WALLS, Box, Trip, World, ahead, outline
 
@@ -48,7 +48,7 @@ def test_backing_up_ends_where_the_robot_was_not() -> None:
     """It came along x, and has turned on the spot: the way that it came lies beside it."""
     turned = way(*straight(1.0), *(Pose2(1.0, 0.0, 0.1 * step) for step in range(17)))
     for driven, heading, backs in ((way(*straight(1.0)), 0.0, True), (turned, 1.6, False)):
-        state = RobotState(
+        state = CycleState(
             now=0.0,
             pose=Pose2(1.0, 0.0, heading) @ Pose2(-0.1, 0.0),
             twist=STANDSTILL,

@@ -20,7 +20,7 @@ from florence_bt.skills.navigation.navigate.parameters import NavigatorParameter
 from florence_bt.skills.navigation.navigate.person_track import PersonTrack
 from florence_bt.skills.navigation.navigate.personal_space import NEAREST_M, keep_off
 from florence_bt.skills.navigation.navigate.recovery import ProgressWatch
-from florence_bt.skills.navigation.navigate.state import Costmaps, Feedback, RobotState
+from florence_bt.skills.navigation.navigate.state import Costmaps, CycleState, Feedback
 
 _AT_M = 0.5
 """A person whom the camera sees so near to where the person should be is the person (REFERENCE 12.6)."""
@@ -139,7 +139,7 @@ class Approach(NavigationGoal):
         if self._track.seen is not None and not _is_empty(expected, points, robot):
             self._there = stamp
 
-    def step(self, state: RobotState) -> tuple[Twist2, Feedback, Result | None]:
+    def step(self, state: CycleState) -> tuple[Twist2, Feedback, Result | None]:
         """Take one step: the velocity, the feedback, and the result when it is over."""
         if self._start is None:
             self._start = state.pose
@@ -162,7 +162,7 @@ class Approach(NavigationGoal):
             return failure("timed_out", f"the robot was not there after {params.approach_person_limit:g} s")
         return None
 
-    def _drive(self, state: RobotState, start: Pose2) -> tuple[Twist2, Feedback, Result | None]:
+    def _drive(self, state: CycleState, start: Pose2) -> tuple[Twist2, Feedback, Result | None]:
         person = self.person
         assert person is not None, "somebody was seen"
         goal = self._goal_pose(person, start)
@@ -193,7 +193,7 @@ class Approach(NavigationGoal):
             normalize_angle(angle + math.pi - self._goal.r2p),
         )
 
-    def _no_progress(self, state: RobotState, control: Control) -> Result | None:
+    def _no_progress(self, state: CycleState, control: Control) -> Result | None:
         problem = self._progress.problem(state.now, state.pose, control.remaining)
         if problem is None:
             return None

@@ -8,7 +8,7 @@ from florence_bt.core.geometry import STANDSTILL, Pose2, Twist2
 from florence_bt.core.outcome import Result
 from florence_bt.skills.navigation.navigate.parameters import RecoveryParameters
 from florence_bt.skills.navigation.navigate.results import BaseStop
-from florence_bt.skills.navigation.navigate.state import Costmaps, RobotState
+from florence_bt.skills.navigation.navigate.state import Costmaps, CycleState
 
 _GET_OFF_TIME_S = 2.0
 """How long backing off may take to release a bumper, whose travel is a centimetre or two."""
@@ -36,7 +36,7 @@ class SlipWatch:
         self._past: deque[tuple[float, Pose2, Pose2]] = deque()
         self._place = Pose2()
 
-    def slips(self, state: RobotState) -> bool:
+    def slips(self, state: CycleState) -> bool:
         """Take the state of a cycle; whether the robot drives forward and gets nowhere. Then begins anew."""
         found_elsewhere = self._place.distance_to(state.map_from_odom) > _FOUND_ELSEWHERE_M
         self._place = state.map_from_odom
@@ -64,12 +64,12 @@ class BackUp:
         time_allowance: Seconds it may take.
     """
 
-    def __init__(self, state: RobotState, parameters: RecoveryParameters, time_allowance: float) -> None:
+    def __init__(self, state: CycleState, parameters: RecoveryParameters, time_allowance: float) -> None:
         self._start = state.pose
         self._p = parameters
         self._deadline = state.now + time_allowance
 
-    def step(self, state: RobotState) -> Twist2:
+    def step(self, state: CycleState) -> Twist2:
         """Return the velocity; standstill when it is over, or what is behind is not free, or not known."""
         left = self._p.back_up_distance - self._start.distance_to(state.pose)
         over = left <= 0.01 or state.now > self._deadline
@@ -94,7 +94,7 @@ class ContactRecovery:
         self._p = parameters
         self._since: float | None = None
         self._backing: BackUp | None = None
-        self._touched: RobotState | None = None
+        self._touched: CycleState | None = None
         self._slip = SlipWatch()
         self.last = BaseStop()
         self.back_offs = 0
@@ -104,7 +104,7 @@ class ContactRecovery:
         """What the robot does, for people."""
         return f"backing off: {self.last.text}"
 
-    def step(self, state: RobotState) -> Twist2 | Result | None:
+    def step(self, state: CycleState) -> Twist2 | Result | None:
         """Return the velocity while backing off, a failure if that does not help, None without contact."""
         stuck = self._watch(state)
         if stuck is not None:
@@ -123,7 +123,7 @@ class ContactRecovery:
                 self._costmaps.global_costmap.add_contact(there.map_pose, state.now)
         return None
 
-    def _watch(self, state: RobotState) -> Result | None:
+    def _watch(self, state: CycleState) -> Result | None:
         stop = state.stop
         if not stop.holds_forward:
             self._since = None
@@ -137,7 +137,7 @@ class ContactRecovery:
             return stop.failure(f"{stop.text}, and backing off did not help")
         return None
 
-    def _touch(self, state: RobotState, stop: BaseStop) -> Result | None:
+    def _touch(self, state: CycleState, stop: BaseStop) -> Result | None:
         if self.back_offs == _MOST_BACK_OFFS:
             return stop.failure(f"{stop.text}, again after backing off {_MOST_BACK_OFFS} times")
         self.back_offs += 1

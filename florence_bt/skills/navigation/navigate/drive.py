@@ -36,7 +36,7 @@ from florence_bt.skills.navigation.navigate.staging import (
     straight_way_in,
     turning_place,
 )
-from florence_bt.skills.navigation.navigate.state import Costmaps, Feedback, RobotState
+from florence_bt.skills.navigation.navigate.state import Costmaps, CycleState, Feedback
 from florence_bt.skills.navigation.navigate.vacated_cells import clear_person
 
 _SURE_S = 60.0
@@ -112,7 +112,7 @@ class Drive(NavigationGoal):
         self._contact = ContactRecovery(costmaps, parameters.recovery)
         self.remaining = math.inf
 
-    def step(self, state: RobotState) -> tuple[Twist2, Feedback, Result | None]:
+    def step(self, state: CycleState) -> tuple[Twist2, Feedback, Result | None]:
         """Take one step: the velocity, the feedback, and the result when the drive is over."""
         contact = self._contact.step(state)
         if isinstance(contact, Result):
@@ -146,7 +146,7 @@ class Drive(NavigationGoal):
         if (self.state, event) != (DriveState.BACKING_OFF, DriveEvent.TOUCHED):
             self.state = TRANSITIONS[self.state, event]
 
-    def _work(self, state: RobotState) -> tuple[Twist2, Feedback, Result | None]:
+    def _work(self, state: CycleState) -> tuple[Twist2, Feedback, Result | None]:
         if self.state is DriveState.CLEARING:
             command = self._run_recovery(state)
             if command is not None:
@@ -161,7 +161,7 @@ class Drive(NavigationGoal):
             return self._without_plan(state)
         return self._follow(state)
 
-    def _watch_progress(self, state: RobotState) -> None:
+    def _watch_progress(self, state: CycleState) -> None:
         """Count the time without progress; with it every recovery behaviour may be tried again."""
         driving = self.state is DriveState.CONTROLLING
         if self._lost.saw(state.now, self.remaining if driving else math.inf):
@@ -169,7 +169,7 @@ class Drive(NavigationGoal):
 
     # Planning.
 
-    def _plan(self, state: RobotState) -> Result | None:
+    def _plan(self, state: CycleState) -> Result | None:
         """Plan again; a result when the goal cannot be reached whatever moves out of the way."""
         self._next_plan = state.now + 1.0 / self._p.cycle.planner_frequency
         here, costmap, zones = state.map_pose, self._costmaps.global_costmap, self._costmaps.zones
@@ -199,7 +199,7 @@ class Drive(NavigationGoal):
         self._last_plan = state.now
         return None
 
-    def _explain(self, state: RobotState, failed: Result) -> Result | None:
+    def _explain(self, state: CycleState, failed: Result) -> Result | None:
         """Find out why there is no plan: a result when waiting would not help, else what is waited for."""
         here, costmap, zones = state.map_pose, self._costmaps.global_costmap, self._costmaps.zones
         self._trouble = (failed.code, failed.reason)
@@ -298,7 +298,7 @@ class Drive(NavigationGoal):
         between = np.linspace((here.x, here.y), (self._goal.x, self._goal.y), steps)
         return not (costmap.costs_at(between, self._costmaps.static) == LETHAL).any()
 
-    def _without_plan(self, state: RobotState) -> tuple[Twist2, Feedback, Result | None]:
+    def _without_plan(self, state: CycleState) -> tuple[Twist2, Feedback, Result | None]:
         feedback = self._feedback(state, math.nan, f"waiting: {self._trouble[1]}")
         occupied = self._trouble[0] == "goal_occupied"
         if occupied and not self._looked:
@@ -311,7 +311,7 @@ class Drive(NavigationGoal):
 
     # Driving.
 
-    def _follow(self, state: RobotState) -> tuple[Twist2, Feedback, Result | None]:
+    def _follow(self, state: CycleState) -> tuple[Twist2, Feedback, Result | None]:
         odom_from_map = state.map_from_odom.inverse()
         control = self._controller.control(
             state.pose,
@@ -330,7 +330,7 @@ class Drive(NavigationGoal):
             return STANDSTILL, feedback, self._arrived()
         return control.command, feedback, self._judge(state, control)
 
-    def _correct(self, state: RobotState, fine: FineApproach) -> tuple[Twist2, Feedback, Result | None]:
+    def _correct(self, state: CycleState, fine: FineApproach) -> tuple[Twist2, Feedback, Result | None]:
         command, result = fine.step(state)
         feedback = self._feedback(state, math.nan, "correcting where it stands")
         if result is not None:
@@ -346,7 +346,7 @@ class Drive(NavigationGoal):
         self._next_plan = 0.0
         return None
 
-    def _judge(self, state: RobotState, control: Control) -> Result | None:
+    def _judge(self, state: CycleState, control: Control) -> Result | None:
         """Judge whether the drive goes well; start to recover when it does not."""
         if not control.blocked:
             self._last_control = state.now
@@ -366,7 +366,7 @@ class Drive(NavigationGoal):
             self._stuck.note_recovery()
         return self._recover(state, DriveEvent.CONTROLLER_PATIENCE)
 
-    def _close_way(self, state: RobotState) -> bool:
+    def _close_way(self, state: CycleState) -> bool:
         """Close the way ahead for the planner, as a recovery behaviour has not helped; False if it cannot."""
         local, odom_from_map = self._costmaps.local_costmap, state.map_from_odom.inverse()
         assert self.path is not None
@@ -378,7 +378,7 @@ class Drive(NavigationGoal):
 
     # Recovering.
 
-    def _recover(self, state: RobotState, event: DriveEvent) -> Result | None:
+    def _recover(self, state: CycleState, event: DriveEvent) -> Result | None:
         """Begin the next recovery behaviour; a failure when none could help."""
         if self._trouble[0] == "goal_occupied":
             # It was looked at, and nothing but waiting makes it go away.
@@ -401,7 +401,7 @@ class Drive(NavigationGoal):
             self._recovery = BackUp(state, p, _RECOVERY_TIME_S)
         return None
 
-    def _look_at_goal(self, state: RobotState) -> None:
+    def _look_at_goal(self, state: CycleState) -> None:
         """Turn to what stands at the goal: it was marked before, and may have gone unseen."""
         self._on(DriveEvent.UNSEEN)
         self._looked, self._recovery_text = True, _LOOKING
@@ -416,7 +416,7 @@ class Drive(NavigationGoal):
         tried = f"{reason}; gave up after {self._all_recoveries} recoveries"
         return failure(code, tried)
 
-    def _next_recovery(self, state: RobotState) -> RecoveryBehaviour:
+    def _next_recovery(self, state: CycleState) -> RecoveryBehaviour:
         """Return the next recovery behaviour; a robot that is wedged in backs out first, if there is room."""
         wedged = self.path is not None and RecoveryBehaviour.BACK_UP in self._untried
         way = self._p.recovery.back_up_distance
@@ -425,19 +425,19 @@ class Drive(NavigationGoal):
         self._untried.remove(behaviour)
         return behaviour
 
-    def _clear(self, state: RobotState, side: float) -> None:
+    def _clear(self, state: CycleState, side: float) -> None:
         """Forget what the laser marked outside of a window; what the camera marked goes by looking."""
         costmaps, map_pose = self._costmaps, state.map_pose
         costmaps.local_costmap.reset_outside(state.pose.x, state.pose.y, side, [LASER])
         costmaps.global_costmap.reset_outside(map_pose.x, map_pose.y, side, [LASER])
 
-    def _forget_who_left(self, state: RobotState) -> None:
+    def _forget_who_left(self, state: CycleState) -> None:
         """Forget what the camera marked above feet at the goal: a person in view is seen again."""
         in_map = self._goal.x, self._goal.y
         place = state.map_from_odom.inverse().apply(*in_map)
         clear_person(self._costmaps, place, in_map, above_feet=True)
 
-    def _restart(self, state: RobotState, patience_s: float = math.inf) -> None:
+    def _restart(self, state: CycleState, patience_s: float = math.inf) -> None:
         """Count from here on; after a recovery behaviour only the costmaps need some time."""
         p = self._p.recovery
         self._last_plan = state.now - max(0.0, p.planner_patience - patience_s)
@@ -445,7 +445,7 @@ class Drive(NavigationGoal):
         self._next_plan = state.now
         self._progress.reset(state.now)
 
-    def _run_recovery(self, state: RobotState) -> Twist2 | None:
+    def _run_recovery(self, state: CycleState) -> Twist2 | None:
         """Return the velocity of the recovery behaviour, None when it is over."""
         behaviour = self._recovery
         if isinstance(behaviour, Spin):
@@ -470,7 +470,7 @@ class Drive(NavigationGoal):
     def _all_recoveries(self) -> int:
         return self._recoveries + self._contact.back_offs
 
-    def _feedback(self, state: RobotState, remaining: float, text: str) -> Feedback:
+    def _feedback(self, state: CycleState, remaining: float, text: str) -> Feedback:
         here = state.map_pose
         if math.isnan(remaining):
             remaining = here.distance_to(self._goal)

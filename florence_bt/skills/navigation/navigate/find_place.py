@@ -13,7 +13,7 @@ from florence_bt.skills.navigation.navigate.clearance import Clearance
 from florence_bt.skills.navigation.navigate.contact import ContactRecovery
 from florence_bt.skills.navigation.navigate.parameters import NavigatorParameters
 from florence_bt.skills.navigation.navigate.spin import Spin
-from florence_bt.skills.navigation.navigate.state import Costmaps, RobotState
+from florence_bt.skills.navigation.navigate.state import Costmaps, CycleState
 from florence_bt.skills.navigation.navigate.straight import StraightDrive
 
 NO_PLACE = "the robot does not know where it is in the map"
@@ -57,7 +57,7 @@ class FindPlace:
         self._cleared = False
         self.moved = False
 
-    def step(self, state: RobotState) -> tuple[Twist2, Result | None]:
+    def step(self, state: CycleState) -> tuple[Twist2, Result | None]:
         """Take one step: the velocity, and a failure when the place was not found in time."""
         contact = self._contact.step(state)
         if isinstance(contact, Result):
@@ -74,7 +74,7 @@ class FindPlace:
             self._motion = self._next_motion(state)
         return self._move(state), None
 
-    def _move(self, state: RobotState) -> Twist2:
+    def _move(self, state: CycleState) -> Twist2:
         motion = self._motion
         if motion is None or (isinstance(motion, Spin) and state.people.anybody_beside(state.pose)):
             return STANDSTILL
@@ -85,7 +85,7 @@ class FindPlace:
         self.moved |= not command.is_zero()
         return command
 
-    def _next_motion(self, state: RobotState) -> Spin | StraightDrive | None:
+    def _next_motion(self, state: CycleState) -> Spin | StraightDrive | None:
         """Return the first turn; then turns towards room, and drives there; None when nothing is free."""
         if self._way is not None:
             return self._drive(state, self._way)
@@ -101,16 +101,16 @@ class FindPlace:
         self._look_again(state)
         return None
 
-    def _drive(self, state: RobotState, way: float) -> StraightDrive:
+    def _drive(self, state: CycleState, way: float) -> StraightDrive:
         return StraightDrive(way, self._p.find_place_speed, state.now, _MOTION_TIME_S)
 
-    def _free_turn(self, state: RobotState, angle: float) -> float:
+    def _free_turn(self, state: CycleState, angle: float) -> float:
         """Return the longer one of the turns to both sides, as far as they are free, up to an angle."""
         parts = [state.clearance.free_part(0.0, side * angle) for side in (1.0, -1.0)]
         turn = angle if max(parts) >= 1.0 else angle * max(parts) - _SPARE_RAD
         return math.copysign(max(0.0, turn), parts[0] - parts[1])
 
-    def _where_to(self, state: RobotState) -> tuple[float, float | None]:
+    def _where_to(self, state: CycleState) -> tuple[float, float | None]:
         """Return the turn and the way to the place that is farthest from where the robot has been."""
         found: tuple[float, float | None] = 0.0, None
         best, pose = 0.0, state.pose
@@ -127,7 +127,7 @@ class FindPlace:
                 best, found = new, (turn, way)
         return found
 
-    def _look_again(self, state: RobotState) -> None:
+    def _look_again(self, state: CycleState) -> None:
         """Look again if nothing is free: where the robot was carried from may still be marked around it."""
         self._pause_until = state.now + _FIRST_PAUSE_S
         self._visited.clear()

@@ -6,7 +6,7 @@ import math
 
 from florence_bt.core.geometry import STANDSTILL, Pose2, Twist2, angle_difference, normalize_angle
 from florence_bt.core.outcome import Result, failure, success
-from florence_bt.skills.navigation.navigate.state import RobotState
+from florence_bt.skills.navigation.navigate.state import CycleState
 
 PRECISE_M, PRECISE_RAD = 0.01, math.radians(0.5)
 """A precise drive ends so near to its goal, and with its heading."""
@@ -42,7 +42,7 @@ class FineApproach:
         self._way = 0.0
         self._moved = now
 
-    def step(self, state: RobotState) -> tuple[Twist2, Result | None]:
+    def step(self, state: CycleState) -> tuple[Twist2, Result | None]:
         """Return the velocity, and the result when the robot stands as near as was asked for, or cannot."""
         here = state.map_pose
         moves = abs(state.twist.linear) > _REST_MPS or abs(state.twist.angular) > _REST_RADPS
@@ -60,7 +60,7 @@ class FineApproach:
             self._moved = state.now
         return state.people.slowed(state.pose, command), None
 
-    def _next_leg(self, state: RobotState) -> Result | None:
+    def _next_leg(self, state: CycleState) -> Result | None:
         """Choose what to correct first; a result when that is nothing, or cannot be done."""
         here, goal = state.map_pose, self._goal
         left, turned = here.distance_to(goal), abs(angle_difference(goal.yaw, here.yaw))

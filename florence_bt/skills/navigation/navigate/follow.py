@@ -11,7 +11,7 @@ from florence_bt.skills.navigation.navigate.following.person_goal import PersonG
 from florence_bt.skills.navigation.navigate.following.task import FollowTask
 from florence_bt.skills.navigation.navigate.following.trail_follower import TrailFollower
 from florence_bt.skills.navigation.navigate.following.vanished import Vanished
-from florence_bt.skills.navigation.navigate.state import RobotState
+from florence_bt.skills.navigation.navigate.state import CycleState
 
 
 class Follow(PersonGoal):
@@ -34,7 +34,7 @@ class Follow(PersonGoal):
         self._vanished: Vanished | None = None
         self._started = now
 
-    def _choose(self, state: RobotState) -> Move:
+    def _choose(self, state: CycleState) -> Move:
         seen = self._task.track.seen
         if seen is None:
             return self._wait_for_person(state)
@@ -45,12 +45,12 @@ class Follow(PersonGoal):
             return self._keep_distance.step(state)
         return self._out_of_sight(state, state.now - seen)
 
-    def _wait_for_person(self, state: RobotState) -> Move:
+    def _wait_for_person(self, state: CycleState) -> Move:
         over = state.now - self._started > self._task.params.follow_patience
         text = "the tracker does not see the person who is to be followed"
         return Move(STANDSTILL, f"waiting: {text}", failure("user_lost", text) if over else None)
 
-    def _out_of_sight(self, state: RobotState, unseen: float) -> Move:
+    def _out_of_sight(self, state: CycleState, unseen: float) -> Move:
         self._give_way.nobody_is_too_near()
         if self._vanished is None:
             self._vanished = Vanished(self._task, self._trail_follower, self._path_follower, state.now)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from florence_bt.core.geometry import Point2, Pose2, Twist2
 from florence_bt.core.outcome import Result
-from florence_bt.skills.navigation.navigate.state import Feedback, RobotState
+from florence_bt.skills.navigation.navigate.state import CycleState, Feedback
 
 
 class NavigationGoal(ABC):
@@ -26,7 +26,7 @@ class NavigationGoal(ABC):
     keeps_map: ClassVar[bool] = False
 
     @abstractmethod
-    def step(self, state: RobotState) -> tuple[Twist2, Feedback, Result | None]:
+    def step(self, state: CycleState) -> tuple[Twist2, Feedback, Result | None]:
         """Take one step: the velocity, the feedback, and the result when the goal is over."""
 
     def stand_still(self, now: float) -> tuple[Feedback, Result | None] | None:

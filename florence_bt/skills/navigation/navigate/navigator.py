@@ -38,7 +38,7 @@ from florence_bt.skills.navigation.navigate.parameters import NavigatorParameter
 from florence_bt.skills.navigation.navigate.people_tracks import PeopleTracks
 from florence_bt.skills.navigation.navigate.planner import Plan, plan_path
 from florence_bt.skills.navigation.navigate.results import BaseStop
-from florence_bt.skills.navigation.navigate.state import Costmaps, CycleResult, Feedback, RobotState
+from florence_bt.skills.navigation.navigate.state import Costmaps, CycleResult, CycleState, Feedback
 from florence_bt.skills.navigation.navigate.tight_ways import TightWays
 from florence_bt.skills.navigation.navigate.vacated_cells import VacatedCells, clear_person
 from florence_bt.skills.navigation.navigate.zone_layer import ZoneLayer
@@ -425,7 +425,7 @@ class Navigator:
             return self._finish(result)
         return CycleResult(command.slowed_to(self._speed_limit(state, command)), self._feedback)
 
-    def _speed_limit(self, state: RobotState, command: Twist2) -> float:
+    def _speed_limit(self, state: CycleState, command: Twist2) -> float:
         """Return how fast to drive an arc at most, m/s: infinity without a limit."""
         asked = self.speed_limit or math.inf
         if not state.localised:
@@ -433,7 +433,7 @@ class Navigator:
         arc = command.slowed_to(asked)
         return min(asked, self._zones.speed_limit(state.map_pose, arc, self._p.controller.max_vel_x))
 
-    def _state_at(self, now: float, odometry: Odometry, map_from_odom: Pose2 | None) -> RobotState:
+    def _state_at(self, now: float, odometry: Odometry, map_from_odom: Pose2 | None) -> CycleState:
         # The odometry is a little old; the robot has moved on since.
         age = min(self._p.cycle.prediction_limit, max(0.0, now - odometry.stamp))
         pose = integrate_twist(odometry.pose, odometry.twist, age)
@@ -449,11 +449,11 @@ class Navigator:
         if map_from_odom is not None:
             self.global_costmap.set_people(people.in_map(map_from_odom))
         odom = map_from_odom or Pose2()
-        return RobotState(
+        return CycleState(
             now, pose, odometry.twist, odom, clearance, self.base_stop, self._driven, people, localised
         )
 
-    def _find(self, state: RobotState) -> tuple[Twist2, Result | None]:
+    def _find(self, state: CycleState) -> tuple[Twist2, Result | None]:
         """Find the robot's place: nobody knows it, and the goal needs it."""
         if self._finding is None:
             self._finding = FindPlace(self._costmaps, self._p, state.now)

@@ -12,7 +12,7 @@ from florence_bt.skills.navigation.navigate.drive import TYPICAL_SPEED
 from florence_bt.skills.navigation.navigate.goal import NavigationGoal
 from florence_bt.skills.navigation.navigate.parameters import NavigatorParameters
 from florence_bt.skills.navigation.navigate.recovery import ProgressWatch
-from florence_bt.skills.navigation.navigate.state import Costmaps, Feedback, RobotState
+from florence_bt.skills.navigation.navigate.state import Costmaps, CycleState, Feedback
 
 
 class PathDrive(NavigationGoal):
@@ -54,7 +54,7 @@ class PathDrive(NavigationGoal):
         self._progress.reset(now)
         self._last_control = now
 
-    def step(self, state: RobotState) -> tuple[Twist2, Feedback, Result | None]:
+    def step(self, state: CycleState) -> tuple[Twist2, Feedback, Result | None]:
         """Take one step: the velocity, the feedback, and the result when the drive is over."""
         odom_from_map = state.map_from_odom.inverse()
         people = state.people.around_goal(odom_from_map @ self._goal)

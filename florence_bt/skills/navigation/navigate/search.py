@@ -17,7 +17,7 @@ from florence_bt.skills.navigation.navigate.following.person_goal import PersonG
 from florence_bt.skills.navigation.navigate.following.task import FollowTask
 from florence_bt.skills.navigation.navigate.map_difference import MapDifference
 from florence_bt.skills.navigation.navigate.person_belief import PersonBelief
-from florence_bt.skills.navigation.navigate.state import RobotState
+from florence_bt.skills.navigation.navigate.state import CycleState
 
 _FACING_RAD = 0.3
 _FAR_M, _RECENT_S = 3.5, 0.3
@@ -67,7 +67,7 @@ class Search(PersonGoal):
         self._scanned, self._legs = stamp, legs
         self._walking.saw(stamp, legs)
 
-    def _choose(self, state: RobotState) -> Move:
+    def _choose(self, state: CycleState) -> Move:
         track = self._task.track
         if track.seen is None:
             reason = f"person {self.user_id} was not followed lately: nobody knows where they vanished"
@@ -82,7 +82,7 @@ class Search(PersonGoal):
             return Move(look, "looking at who walks")
         return Move(self._look_where_likely(state, track.seen), "looking for the person")
 
-    def _look_at_who_walks(self, state: RobotState) -> Twist2 | None:
+    def _look_at_who_walks(self, state: CycleState) -> Twist2 | None:
         """Turn to the nearest legs that walk, until the camera sees who it is; None when there are none."""
         here = state.pose.x, state.pose.y
         legs = [
@@ -109,7 +109,7 @@ class Search(PersonGoal):
         self._walking.reject(nearest)
         return None
 
-    def _look_where_likely(self, state: RobotState, vanished: float) -> Twist2:
+    def _look_where_likely(self, state: CycleState, vanished: float) -> Twist2:
         """Turn to where they may be; drive there when that cannot be seen from here."""
         robot, track = state.map_pose, self._task.track
         if self._belief is None:
@@ -138,7 +138,7 @@ class Search(PersonGoal):
         command, _ = self._path_follower.drive(state, state.map_from_odom.inverse().apply(*self._goal_place))
         return command
 
-    def _choose_place(self, state: RobotState, belief: PersonBelief) -> None:
+    def _choose_place(self, state: CycleState, belief: PersonBelief) -> None:
         """Choose between a heading to look in and a place to drive to."""
         self._next_choice = state.now + _CHOICE_S
         robot = state.map_pose

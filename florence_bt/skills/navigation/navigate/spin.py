@@ -11,7 +11,7 @@ from florence_bt.core.geometry import STANDSTILL, Twist2, normalize_angle
 from florence_bt.core.limits import CheckedParameters, Limits, Positive, check_order
 from florence_bt.core.outcome import Result, failure, success
 from florence_bt.skills.navigation.navigate.goal import NavigationGoal
-from florence_bt.skills.navigation.navigate.state import Feedback, RobotState
+from florence_bt.skills.navigation.navigate.state import CycleState, Feedback
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,14 +71,14 @@ class Spin(NavigationGoal):
         """Radians that are left, counter-clockwise positive."""
         return self._angle - self.travelled
 
-    def step(self, state: RobotState) -> tuple[Twist2, Feedback, Result | None]:
+    def step(self, state: CycleState) -> tuple[Twist2, Feedback, Result | None]:
         """Take one step: the velocity, the feedback, and the result when the turn is over."""
         command, result = self._turn(state)
         left = abs(self.remaining)
         time = left / self._parameters.spin_max_speed
         return command, Feedback(left, time, 0, "turning in place", travelled=self.travelled), result
 
-    def _turn(self, state: RobotState) -> tuple[Twist2, Result | None]:
+    def _turn(self, state: CycleState) -> tuple[Twist2, Result | None]:
         clearance = state.clearance
         if self._last_yaw is not None:
             self.travelled += normalize_angle(state.pose.yaw - self._last_yaw)

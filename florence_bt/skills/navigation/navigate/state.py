@@ -95,7 +95,7 @@ class Costmaps:
 
 
 @dataclass(frozen=True, slots=True)
-class RobotState:
+class CycleState:
     """The robot now.
 
     Attributes:

@@ -8,7 +8,7 @@ from florence_bt.core.geometry import STANDSTILL, Pose2, Twist2, angle_differenc
 from florence_bt.core.outcome import Result, failure, success
 from florence_bt.skills.navigation.navigate.goal import NavigationGoal
 from florence_bt.skills.navigation.navigate.people import SOMEBODY_IN_THE_WAY
-from florence_bt.skills.navigation.navigate.state import Feedback, RobotState
+from florence_bt.skills.navigation.navigate.state import CycleState, Feedback
 
 _PRECISION_M = 0.01
 SLOWEST_MPS = 0.02
@@ -42,7 +42,7 @@ class StraightDrive(NavigationGoal):
         self._deadline = now + time_allowance if time_allowance > 0.0 else math.inf
         self._start: Pose2 | None = None
 
-    def step(self, state: RobotState) -> tuple[Twist2, Feedback, Result | None]:
+    def step(self, state: CycleState) -> tuple[Twist2, Feedback, Result | None]:
         """Take one step: the velocity, the feedback, and the result when the drive is over."""
         start = self._start = self._start or state.pose
         way = math.copysign(1.0, self._distance)
@@ -76,7 +76,7 @@ class StraightDrive(NavigationGoal):
         return answer(command)
 
 
-def _room(state: RobotState, way: float, left: float, sight: float) -> tuple[float, str]:
+def _room(state: CycleState, way: float, left: float, sight: float) -> tuple[float, str]:
     """Return how far the robot may go on, and what ends there.
 
     Args:
@@ -107,7 +107,7 @@ class WaitInPlace(NavigationGoal):
     def __init__(self, duration: float, now: float) -> None:
         self._end = now + duration
 
-    def step(self, state: RobotState) -> tuple[Twist2, Feedback, Result | None]:
+    def step(self, state: CycleState) -> tuple[Twist2, Feedback, Result | None]:
         """Take one step."""
         return STANDSTILL, *self.stand_still(state.now)
 

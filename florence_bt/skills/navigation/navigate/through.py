@@ -13,7 +13,7 @@ from florence_bt.core.outcome import Result
 from florence_bt.skills.navigation.navigate.drive import TYPICAL_SPEED, Drive
 from florence_bt.skills.navigation.navigate.goal import NavigationGoal
 from florence_bt.skills.navigation.navigate.parameters import NavigatorParameters
-from florence_bt.skills.navigation.navigate.state import Costmaps, Feedback, RobotState
+from florence_bt.skills.navigation.navigate.state import Costmaps, CycleState, Feedback
 
 PASSED_M = 0.7
 """A pose on the way counts as passed from so far away, along the path (Nav2: RemovePassedGoals)."""
@@ -47,7 +47,7 @@ class ThroughDrive(NavigationGoal):
         """Go on after the robot did not know where it was."""
         self._drive.resume(now)
 
-    def step(self, state: RobotState) -> tuple[Twist2, Feedback, Result | None]:
+    def step(self, state: CycleState) -> tuple[Twist2, Feedback, Result | None]:
         """Take one step: the velocity, the feedback, and the result when the drive is over."""
         command, feedback, result = self._drive.step(state)
         while len(self._goals) > 1 and self._is_passed(result):

@@ -8,7 +8,7 @@ from florence_bt.core.geometry import STANDSTILL, Point2, Twist2
 from florence_bt.skills.navigation.navigate.following.path_follower import PathFollower
 from florence_bt.skills.navigation.navigate.following.retreat_path import RetreatPath
 from florence_bt.skills.navigation.navigate.following.task import FollowTask
-from florence_bt.skills.navigation.navigate.state import RobotState
+from florence_bt.skills.navigation.navigate.state import CycleState
 from florence_bt.skills.navigation.navigate.step_aside import place_to_step_aside
 
 _TOWARDS, _CAME_S = 0.7, 1.0
@@ -38,7 +38,7 @@ class GiveWay:
         """Whether the robot drives to where it can be passed."""
         return self._aside is not None
 
-    def is_too_near(self, state: RobotState, distance: float, bearing: float) -> bool:
+    def is_too_near(self, state: CycleState, distance: float, bearing: float) -> bool:
         """Tell whether the person is nearer than wanted; one who does not come may be a little nearer."""
         track = self._task.track
         comes = track.walks and track.walks_away(state.pose, bearing) < -_TOWARDS * track.speed
@@ -46,7 +46,7 @@ class GiveWay:
             self._came_at = state.now
         return distance < self._task.goal.distance - (0.0 if comes else self._task.params.follow_give_way)
 
-    def back_off(self, state: RobotState, person: Point2, bearing: float) -> Twist2:
+    def back_off(self, state: CycleState, person: Point2, bearing: float) -> Twist2:
         """Back off as far as there is room, else face the person. Who stands there for long wants to pass."""
         self._waits = person, state.now
         too_near = self._task.goal.distance - math.dist(person, (state.pose.x, state.pose.y))
@@ -60,7 +60,7 @@ class GiveWay:
         """Note that there is nobody before the robot to give way to."""
         self._cornered_since = None
 
-    def let_pass(self, state: RobotState, person: Point2, distance: float) -> None:
+    def let_pass(self, state: CycleState, person: Point2, distance: float) -> None:
         """Step aside for who came too near and waits at one place, nearer than wanted, for long."""
         if self._waits is None or distance >= self._task.goal.distance:
             self._waits = None
@@ -72,7 +72,7 @@ class GiveWay:
             self._waits = person, state.now
             self._begin_to_step_aside(state, person)
 
-    def step_aside(self, state: RobotState) -> Twist2:
+    def step_aside(self, state: CycleState) -> Twist2:
         """Drive to where the robot can be passed; who is not seen then has gone through where it stood."""
         assert self._aside is not None
         stood, place, deadline = self._aside
@@ -88,7 +88,7 @@ class GiveWay:
             return STANDSTILL
         return command
 
-    def _note_way_back(self, state: RobotState, person: Point2, *, backing: bool) -> None:
+    def _note_way_back(self, state: CycleState, person: Point2, *, backing: bool) -> None:
         """Look for a place to step aside to when there is no way back for long."""
         walks_past = self._task.track.walks and self._came_at < state.now
         if backing or walks_past or self._cornered_since is None:
@@ -99,7 +99,7 @@ class GiveWay:
             self._cornered_since = state.now
             self._begin_to_step_aside(state, person)
 
-    def _begin_to_step_aside(self, state: RobotState, person: Point2) -> None:
+    def _begin_to_step_aside(self, state: CycleState, person: Point2) -> None:
         apart = self._task.goal.distance + _ASIDE_MORE_M
         in_map = state.map_from_odom.apply(*person)
         place = place_to_step_aside(self._task.costmaps, state.map_pose, in_map, apart)

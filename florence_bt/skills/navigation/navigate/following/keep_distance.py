@@ -13,7 +13,7 @@ from florence_bt.skills.navigation.navigate.following.motions import Move
 from florence_bt.skills.navigation.navigate.following.path_follower import PathFollower
 from florence_bt.skills.navigation.navigate.following.task import FollowTask
 from florence_bt.skills.navigation.navigate.following.trail_follower import TrailFollower
-from florence_bt.skills.navigation.navigate.state import RobotState
+from florence_bt.skills.navigation.navigate.state import CycleState
 
 _BEFORE_RAD = 1.0
 """Who is further to the side does not come towards the robot: they walk past it."""
@@ -38,7 +38,7 @@ class KeepDistance:
         self._give_way = give_way
         self._free_since = now
 
-    def step(self, state: RobotState) -> Move:
+    def step(self, state: CycleState) -> Move:
         """Decide what to do; fail when nothing has led to the person for long."""
         x, y = self._task.track.at(state.now)
         distance, bearing = math.hypot(x - state.pose.x, y - state.pose.y), state.pose.bearing_to(x, y)
@@ -49,7 +49,7 @@ class KeepDistance:
             return move
         return self._round_obstacles(state, bearing)
 
-    def _without_a_path(self, state: RobotState, distance: float, bearing: float) -> Move | None:
+    def _without_a_path(self, state: CycleState, distance: float, bearing: float) -> Move | None:
         """Return the first possible move that needs no planned path; None when there is none."""
         person, wanted = self._task.track.at(state.now), self._task.goal.distance
         if self._give_way.is_too_near(state, distance, bearing):
@@ -71,7 +71,7 @@ class KeepDistance:
             return Move(self._task.motions.turn_towards(state, bearing), "following")
         return None
 
-    def _round_obstacles(self, state: RobotState, bearing: float) -> Move:
+    def _round_obstacles(self, state: CycleState, bearing: float) -> Move:
         command, remaining = self._path_follower.drive(state, self._task.track.at(state.now))
         speed = speed_along(self._task, state.pose, remaining, bearing)
         if speed <= 0.0:

@@ -10,7 +10,7 @@ from florence_bt.core.geometry import Point2
 from florence_bt.skills.navigation.navigate._cell_kernels import INSCRIBED, LETHAL, UNKNOWN_COST
 from florence_bt.skills.navigation.navigate.costmap import moved_points
 from florence_bt.skills.navigation.navigate.following.task import FollowTask
-from florence_bt.skills.navigation.navigate.state import RobotState
+from florence_bt.skills.navigation.navigate.state import CycleState
 
 PERSON_M = 0.6
 """What the sensors have marked so near to the person is the person."""
@@ -20,7 +20,7 @@ _STEP_M = 0.05
 
 
 def is_line_free(
-    task: FollowTask, state: RobotState, place: Point2, person: Point2, least: int = INSCRIBED
+    task: FollowTask, state: CycleState, place: Point2, person: Point2, least: int = INSCRIBED
 ) -> bool:
     """Tell whether the line to a place is free of costs from ``least`` on; at the person only the map counts.
 
@@ -45,6 +45,6 @@ def is_line_free(
     return not blocked.any()
 
 
-def is_in_sight(task: FollowTask, state: RobotState, place: Point2) -> bool:
+def is_in_sight(task: FollowTask, state: CycleState, place: Point2) -> bool:
     """Tell whether nothing that the sensors marked is on the line to somebody at a place."""
     return is_line_free(task, state, place, place, LETHAL)

@@ -9,7 +9,7 @@ from florence_bt.core.geometry import STANDSTILL, Twist2
 from florence_bt.core.outcome import Result
 from florence_bt.skills.navigation.navigate.clearance import Clearance
 from florence_bt.skills.navigation.navigate.parameters import FollowParameters
-from florence_bt.skills.navigation.navigate.state import RobotState
+from florence_bt.skills.navigation.navigate.state import CycleState
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,7 +64,7 @@ class Motions:
         """Return how fast to turn towards what is so far beside the heading (rad), rad/s."""
         return self.limited(self._params.follow_angular_gain * bearing)
 
-    def is_free(self, state: RobotState, command: Twist2) -> bool:
+    def is_free(self, state: CycleState, command: Twist2) -> bool:
         """Tell whether a motion is free for as long as the robot looks ahead."""
         ahead = self._params.follow_look_ahead
         return state.clearance.is_free(command.linear * ahead, command.angular * ahead)
@@ -75,7 +75,7 @@ class Motions:
         angle = math.copysign(min(abs(left), abs(turn) * ahead), left)
         return clearance.is_free(speed * ahead, angle)
 
-    def turn_towards(self, state: RobotState, bearing: float, clearance: Clearance | None = None) -> Twist2:
+    def turn_towards(self, state: CycleState, bearing: float, clearance: Clearance | None = None) -> Twist2:
         """Turn in place, if there is room; ``clearance`` is that of the state when not given."""
         if abs(bearing) <= self._params.follow_angle_tolerance:
             return STANDSTILL

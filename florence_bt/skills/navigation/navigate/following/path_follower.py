@@ -16,7 +16,7 @@ from florence_bt.skills.navigation.navigate.following.line_of_sight import PERSO
 from florence_bt.skills.navigation.navigate.following.task import FollowTask
 from florence_bt.skills.navigation.navigate.personal_space import NEAREST_M
 from florence_bt.skills.navigation.navigate.planner import plan_path
-from florence_bt.skills.navigation.navigate.state import RobotState
+from florence_bt.skills.navigation.navigate.state import CycleState
 
 _PERIOD_S = 0.5
 """How often a path is planned: the person walks on."""
@@ -50,7 +50,7 @@ class PathFollower:
         """Plan anew at once: the next path leads to another place."""
         self._next_plan = -math.inf
 
-    def drive(self, state: RobotState, place: Point2, person: Point2 | None = None) -> tuple[Twist2, float]:
+    def drive(self, state: CycleState, place: Point2, person: Point2 | None = None) -> tuple[Twist2, float]:
         """Return the velocity, standstill without a path, and the metres that are left, infinite without one.
 
         Args:
@@ -72,7 +72,7 @@ class PathFollower:
         goal = self._task.goal
         return control.command.slowed_to(goal.max_linear, goal.max_angular), control.remaining
 
-    def _plan(self, state: RobotState, place: Point2, person: Point2 | None) -> None:
+    def _plan(self, state: CycleState, place: Point2, person: Point2 | None) -> None:
         here, there = state.map_pose, state.map_from_odom @ Pose2(*place)
         goal = Pose2(there.x, there.y, math.atan2(there.y - here.y, there.x - here.x))
         costs = self._costs_without(there) if person is None else self._costs_round(state, person)
@@ -85,7 +85,7 @@ class PathFollower:
         self.path, self._no_way_since = plan.points, None
         self._controller.set_plan(plan.points, plan.goal)
 
-    def _forget_marks(self, state: RobotState) -> None:
+    def _forget_marks(self, state: CycleState) -> None:
         """Forget where people stood nearby when there has been no way for long: they have walked on."""
         self._no_way_since = self._no_way_since or state.now
         if state.now - self._no_way_since < _FORGET_AFTER_S:
@@ -102,7 +102,7 @@ class PathFollower:
         costs[near] = self._task.costmaps.static[near]
         return costs
 
-    def _costs_round(self, state: RobotState, person: Point2) -> NDArray[np.uint8]:
+    def _costs_round(self, state: CycleState, person: Point2) -> NDArray[np.uint8]:
         """Return the global costmap's costs; no way leads nearer to the person than allowed."""
         costmap, here = self._task.costmaps.global_costmap, state.map_pose
         in_map = state.map_from_odom.apply(*person)

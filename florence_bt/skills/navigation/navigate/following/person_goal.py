@@ -17,7 +17,7 @@ from florence_bt.skills.navigation.navigate.following.task import FollowTask
 from florence_bt.skills.navigation.navigate.goal import NavigationGoal
 from florence_bt.skills.navigation.navigate.goal_start import GoalStart
 from florence_bt.skills.navigation.navigate.personal_space import keep_off
-from florence_bt.skills.navigation.navigate.state import Feedback, RobotState
+from florence_bt.skills.navigation.navigate.state import CycleState, Feedback
 
 _MINDED_S = 6.0
 """The robot keeps off the place of a person who was not seen for so long. Chosen."""
@@ -52,7 +52,7 @@ class PersonGoal(NavigationGoal):
         return cls(FollowTask.begin(goal, start.costmaps, start.parameters, start.people), now)
 
     @abstractmethod
-    def _choose(self, state: RobotState) -> Move:
+    def _choose(self, state: CycleState) -> Move:
         """Decide what to do in this cycle."""
 
     def track_is_past(self, now: float) -> bool:
@@ -79,7 +79,7 @@ class PersonGoal(NavigationGoal):
         """Who is followed, and where they were last: nobody whom the robot keeps clear of."""
         return self.user_id, self.person
 
-    def step(self, state: RobotState) -> tuple[Twist2, Feedback, Result | None]:
+    def step(self, state: CycleState) -> tuple[Twist2, Feedback, Result | None]:
         """Take one step: the velocity, the feedback, and the result when the goal is over."""
         contact = self._contact.step(state)
         if isinstance(contact, Result):
@@ -98,13 +98,13 @@ class PersonGoal(NavigationGoal):
         self._back_out_when_stuck(state, wanted, command)
         return command, self._feedback(move.text), move.result
 
-    def _off_the_person(self, state: RobotState, command: Twist2) -> Twist2:
+    def _off_the_person(self, state: CycleState, command: Twist2) -> Twist2:
         """Keep the robot from driving towards somebody who is this near."""
         if not self._task.track.is_seen(state.now, _MINDED_S):
             return command
         return keep_off(state.pose, self._task.track.at(state.now), command)
 
-    def _back_out_when_stuck(self, state: RobotState, wanted: Twist2, command: Twist2) -> None:
+    def _back_out_when_stuck(self, state: CycleState, wanted: Twist2, command: Twist2) -> None:
         """Back out when the robot wants to move and cannot for long: something or somebody is in the way."""
         if not command.is_zero():
             self._moved = state.now

@@ -7,7 +7,7 @@ import math
 from florence_bt.core.geometry import STANDSTILL, Twist2, normalize_angle
 from florence_bt.skills.navigation.navigate.clearance import Clearance
 from florence_bt.skills.navigation.navigate.following.task import FollowTask
-from florence_bt.skills.navigation.navigate.state import RobotState
+from florence_bt.skills.navigation.navigate.state import CycleState
 
 _STEP_M = 0.1
 """A point of the way the robot came is so far from the next at least."""
@@ -34,7 +34,7 @@ class RetreatPath:
         self._trail = task.came
         self._until = -math.inf
 
-    def remember(self, state: RobotState) -> None:
+    def remember(self, state: CycleState) -> None:
         """Take the robot's place of a cycle."""
         here = state.pose.x, state.pose.y
         forward = state.twist.linear > 0.0
@@ -45,7 +45,7 @@ class RetreatPath:
         """Back out a little, from the next cycle on."""
         self._until = now + _BACK_OUT_S
 
-    def back_out(self, state: RobotState) -> Twist2:
+    def back_out(self, state: CycleState) -> Twist2:
         """Return the velocity while the robot backs out, else standstill."""
         command = STANDSTILL
         if state.now < self._until:
@@ -54,7 +54,7 @@ class RetreatPath:
             self._until = -math.inf
         return command
 
-    def back_off(self, state: RobotState, bearing: float = 0.0, speed: float = _MPS) -> Twist2:
+    def back_off(self, state: CycleState, bearing: float = 0.0, speed: float = _MPS) -> Twist2:
         """Back off the way the robot came, or straight; standstill where there is no room.
 
         Args:
@@ -85,7 +85,7 @@ class RetreatPath:
                 return command
         return STANDSTILL
 
-    def _is_somebody_behind(self, state: RobotState) -> bool:
+    def _is_somebody_behind(self, state: CycleState) -> bool:
         """Tell whether somebody else was behind the robot a moment ago, where it is blind."""
         behind = state.pose.apply(-_BEHIND_M, 0.0)
         return any(

@@ -18,7 +18,7 @@ from florence_bt.skills.navigation.navigate.following.line_of_sight import (
     is_line_free,
 )
 from florence_bt.skills.navigation.navigate.following.task import FollowTask
-from florence_bt.skills.navigation.navigate.state import RobotState
+from florence_bt.skills.navigation.navigate.state import CycleState
 
 _ROOM_M = 0.05
 """Where the robot has so much more room on each side than it needs to turn, it is not narrow."""
@@ -52,7 +52,7 @@ class TrailFollower:
         self.narrow = cost_at_distance(to_turn, footprint.inscribed_radius, task.parameters.costmap)
         """Where it costs so much, the robot could not turn."""
 
-    def drive(self, state: RobotState, person: Point2, keep: float) -> tuple[Twist2 | None, float]:
+    def drive(self, state: CycleState, person: Point2, keep: float) -> tuple[Twist2 | None, float]:
         """Return the velocity, None when the way cannot be driven, and the metres that are left.
 
         The robot heads for the furthest point of that way to which the straight line is free; rather for a

@@ -10,7 +10,7 @@ from florence_bt.skills.navigation.navigate.following.motions import Move
 from florence_bt.skills.navigation.navigate.following.path_follower import PathFollower
 from florence_bt.skills.navigation.navigate.following.task import FollowTask
 from florence_bt.skills.navigation.navigate.following.trail_follower import TrailFollower
-from florence_bt.skills.navigation.navigate.state import RobotState
+from florence_bt.skills.navigation.navigate.state import CycleState
 from florence_bt.skills.navigation.navigate.vacated_cells import clear_person
 
 _NO_NEARER_S, _NEARER_M = 5.0, 0.1
@@ -34,14 +34,14 @@ class Vanished:
         self._faced = False
         self._way_left, self._nearer_at = math.inf, now
 
-    def clear_marks(self, state: RobotState) -> None:
+    def clear_marks(self, state: CycleState) -> None:
         """Clear what the camera has marked where they walked last: it was they. If they still stand there,
         the laser sees their legs.
         """
         for place in self._task.track.path.last(PERSON_M):
             clear_person(self._task.costmaps, place, state.map_from_odom.apply(*place))
 
-    def step(self, state: RobotState, unseen: float) -> Move | None:
+    def step(self, state: CycleState, unseen: float) -> Move | None:
         """Decide what to do; None when there without seeing the person, or when it cannot get there."""
         expected = self._task.track.at(state.now)
         bearing = state.pose.bearing_to(*expected)
@@ -69,7 +69,7 @@ class Vanished:
             self._way_left, self._nearer_at = left, now
         return now - self._nearer_at <= _NO_NEARER_S
 
-    def _is_there(self, state: RobotState, place: Point2) -> bool:
+    def _is_there(self, state: CycleState, place: Point2) -> bool:
         """Tell whether the robot is where they vanished, or would see them there: they have walked on."""
         away = math.dist(place, (state.pose.x, state.pose.y))
         in_picture = abs(state.pose.bearing_to(*place)) < _VIEW_RAD and _VIEW_M[0] < away < _VIEW_M[1]
