@@ -57,8 +57,8 @@ TOLD_WHILE_IN_TROUBLE = (LATENESS, REFUSALS, FAILURES, SERVERS_STATUS)
 
 
 @dataclass(frozen=True, slots=True)
-class Battery:
-    """The battery of the base.
+class BatteryCharge:
+    """The charge of the base, as it tells it.
 
     Attributes:
         charge: Its share of the full charge, 0 to 1; None when the base does not measure it.
@@ -88,10 +88,10 @@ class Told(Generic[T]):
     period_s: float | None = None
 
 
-def _battery(message: BatteryState) -> Battery:
+def _battery(message: BatteryState) -> BatteryCharge:
     known = math.isfinite(message.percentage)
     charging = message.power_supply_status == BatteryState.POWER_SUPPLY_STATUS_CHARGING
-    return Battery(float(message.percentage) if known else None, charging)
+    return BatteryCharge(float(message.percentage) if known else None, charging)
 
 
 def _itself(message: Any) -> Any:

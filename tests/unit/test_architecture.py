@@ -52,3 +52,10 @@ def test_no_two_files_of_tests_have_one_name():
         path.name for folder in ("tests", "packages") for path in (ROOT / folder).rglob("test_*.py")
     )
     assert [name for name, count in names.items() if count > 1] == []
+
+
+def test_the_skills_without_ports_are_those_that_are_named():
+    nodes = (PACKAGE / "skills").rglob("node.py")
+    without = {path.parent.name for path in nodes if "RosPorts" not in path.read_text(encoding="utf-8")}
+    named = TEXT.partition("All skills are built so but")[2].partition(";")[0]
+    assert set(re.findall(r"`(\w+)`", named)) == without

@@ -58,7 +58,7 @@ from florence_bt.core.transforms import TransformUnavailable
 from florence_bt.ros.conversions import colours_from_ros, grid_from_ros, pose_from_ros, scan_from_ros
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED, NO_EVENTS, RELIABLE, SENSOR
-from florence_bt.ros.robot_state import BATTERY, OVERRIDE, Battery, RobotState
+from florence_bt.ros.robot_state import BATTERY, OVERRIDE, BatteryCharge, RobotState
 from florence_bt.ros.server_processes import DiscoveredServers
 from florence_bt.ros.tf import TransformListener
 from florence_bt.skills.locator.hotspots import Hotspots
@@ -554,11 +554,11 @@ def tellers_of(node: FlorenceNode, topic: str, gone: Callable[[], object]) -> Te
     return Tellers(DiscoveredServers(lambda: node.get_publishers_info_by_topic(name)).ids, gone)
 
 
-def _percent(battery: Battery | None) -> int | None:
+def _percent(battery: BatteryCharge | None) -> int | None:
     return None if battery is None or battery.charge is None else round(100.0 * battery.charge)
 
 
-def _was(battery: Heard[Battery]) -> str | None:
+def _was(battery: Heard[BatteryCharge]) -> str | None:
     """Say how full the battery was when its driver spoke last; None when it did not know."""
     percent = _percent(battery.last)
     return None if percent is None else f"{percent} % {age_text(battery.age)} ago"

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
 from florence_bt.trees.kinds.modifiers import CODE
-from florence_bt.trees.language.model import Node, Wrapper
+from florence_bt.trees.language.model import Wrapper
 from florence_bt.trees.language.node_kind import NodeKind, TreeBuilder
 from florence_bt.trees.language.outcomes import NO_CODES, MissionOutcomes, NodeOutcomes, skipped_with
 from florence_bt.trees.language.value_schemas import NODE
@@ -14,7 +14,6 @@ from florence_bt.trees.language.value_schemas import NODE
 if TYPE_CHECKING:
     from py_trees.behaviour import Behaviour
 
-    from florence_bt.trees.language.form import Form
 
 UNEXPECTED_SUCCESS = "unexpected_success"
 """The code of an ``invert`` that names none."""
@@ -34,12 +33,6 @@ class Invert(Wrapper):
         failures={UNEXPECTED_SUCCESS: "what was inverted succeeded"},
         others=("inverter", "not"),
     )
-
-    @classmethod
-    def read(cls, form: Form) -> Node | None:
-        """Read the node below."""
-        fields, child = form.fields, form.reader.node(form.value)
-        return cls(child=child, **fields) if child is not None else None
 
     @property
     def default_title(self) -> str:

@@ -5,15 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
-from florence_bt.trees.language.model import Node, Wrapper
+from florence_bt.trees.language.model import Wrapper
 from florence_bt.trees.language.node_kind import NodeKind, TreeBuilder
 from florence_bt.trees.language.outcomes import NO_CODES, MissionOutcomes, NodeOutcomes
 from florence_bt.trees.language.value_schemas import NODE
 
 if TYPE_CHECKING:
     from py_trees.behaviour import Behaviour
-
-    from florence_bt.trees.language.form import Form
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -29,12 +27,6 @@ class Succeed(Wrapper):
         others=("force_success",),
     )
     skipped_with_child: ClassVar = False
-
-    @classmethod
-    def read(cls, form: Form) -> Node | None:
-        """Read the node below."""
-        fields, child = form.fields, form.reader.node(form.value)
-        return cls(child=child, **fields) if child is not None else None
 
     @property
     def default_title(self) -> str:

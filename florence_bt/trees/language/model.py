@@ -318,6 +318,12 @@ class Wrapper(Node):
 
     child: Node
 
+    @classmethod
+    def read(cls, form: Form) -> Node | None:
+        """Read the node below, which is the value of the kind's word unless the kind says otherwise."""
+        fields, child = form.fields, form.reader.node(form.value)
+        return cls(child=child, **fields) if child is not None else None
+
     @property
     def parts(self) -> tuple[Node, ...]:
         """The child."""
