@@ -197,7 +197,7 @@ FIGURES: tuple[Figures, ...] = (
         "--part 0.02",
         (
             "tools/page_figures.py",
-            "florence_bt/app/page",
+            "packages/florence_page/florence_page",
             "florence_bt/app/guard",
             "florence_bt/runtime/journal",
         ),
@@ -216,7 +216,7 @@ FIGURES: tuple[Figures, ...] = (
         "--count 1",
         "manual/safety.md",
         "tools/faulty_proxy.py",
-        "florence_bt/app/page",
+        "packages/florence_page/florence_page",
     ),
     _attack("busy", "--count 50", ""),
     _bench("test_bench_check", "florence_bt/trees", "florence_bt/app/mission_files", "florence_bt/cli"),

@@ -17,7 +17,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from florence_bt.app.bringup.topology import NODE_CLASSES, node_class
+from florence_bt.app.bringup.topology import node_class, node_classes
 from florence_bt.core.limits import Limits, rules_of
 from florence_bt.ros.parameters import to_parameter
 
@@ -62,7 +62,7 @@ _UNITS = {
 
 def parameters_page() -> str:
     """Write the page in Markdown."""
-    nodes = {name: node_class(name) for name in sorted(NODE_CLASSES, key=str.lower)}
+    nodes = {name: node_class(name) for name in sorted(node_classes(), key=str.lower)}
     return "\n".join([_HEAD, *(line for name, node in nodes.items() for line in _node(name, node))]) + "\n"
 
 

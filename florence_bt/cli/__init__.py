@@ -23,7 +23,6 @@ VERBS = {
     "exploring": ("map",),  # with the rest of the group, which is in the module maps
     "interfaces": ("interfaces",),
     "missions": ("missions", "check", "draw", "schema"),
-    "page": ("page",),
     "places": ("hotspot", "where"),
     "recording": ("record",),
     "robot": ("init", "doctor", "calibrate", "teleop", "kinect"),

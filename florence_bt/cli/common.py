@@ -5,6 +5,7 @@ from __future__ import annotations
 import shlex
 import sys
 from itertools import takewhile
+from operator import itemgetter
 from pathlib import Path
 from typing import Annotated, Any, NoReturn
 
@@ -27,6 +28,8 @@ EXIT_CODES = (
     "Exit codes: 0 done; 1 the mission failed, was refused, or a check found errors; 2 wrong usage or "
     "configuration; 3 the system is not running, did not start or broke down; 130 interrupted (Ctrl-C)."
 )
+_PANELS = ("The system", "Mission files", "Runs", "The robot")
+"""Sections of the list of verbs, in their order; those that verbs of other packages name come behind."""
 _WHOLE_SENTENCE = 1000
 """Letters of the first sentence of a verb's help that the list shows: all."""
 
@@ -62,12 +65,12 @@ class Verbs(_OptionsOnce, TyperGroup):
         """Write the list of verbs, one section for each panel; with whole sentences, as far as the first."""
         names = self.list_commands(ctx)
         widest = max(map(len, names))
-        panels: dict[str, list[tuple[str, str]]] = {}
+        panels: dict[str, list[tuple[str, str]]] = {panel: [] for panel in _PANELS}
         for name in names:
             verb: Any = self.get_command(ctx, name)
             says = verb.get_short_help_str(_WHOLE_SENTENCE)
             panels.setdefault(verb.rich_help_panel or "Commands", []).append((name.ljust(widest), says))
-        for panel, rows in panels.items():
+        for panel, rows in filter(itemgetter(1), panels.items()):
             with formatter.section(panel):
                 formatter.write_dl(rows)
 

@@ -13,11 +13,12 @@ EXTRAS = {
     "draw": ("resvg_py",),
     "home": ("paho",),
     "record": ("foxglove", "mcap", "lz4", "zstandard", "uvicorn", "h11", "websockets"),
-    "page": ("nicegui", "fastapi", "starlette", "uvicorn"),
     "mapping": ("gtsam", "rosbags", "lz4", "zstandard"),
     "test": ("pytest",),
 }
-"""Extra of the distribution -> the modules that come with it. What is in none of them is of ROS."""
+"""Extra of the distribution -> the modules that come with it."""
+PACKAGES = {"florence-page": ("florence_page", "nicegui", "fastapi", "starlette")}
+"""Distributions beside it -> the modules that come with them. What is in neither is of ROS."""
 OWN_INTERFACES = ("florence_interfaces", "nav2_msgs", "py_trees_ros_interfaces", "tf2_msgs")
 """Interface packages that no package index has; their definitions come with Florence."""
 
@@ -33,6 +34,9 @@ def how_to_get(module: str) -> str:
     extra = next((extra for extra, modules in EXTRAS.items() if name in modules), "")
     if in_checkout():
         return "make setup"
+    beside = next((package for package, modules in PACKAGES.items() if name in modules), "")
+    if beside:
+        return f"pip install {beside}"
     if extra:
         return f"pip install '{DISTRIBUTION}[{extra}]'"
     if not _installed_by_pip():

@@ -24,9 +24,11 @@ def workspace(tmp_path_factory: pytest.TempPathFactory) -> Path:
         pytest.skip("colcon is not installed (.ci/run gets it)")
     folder = tmp_path_factory.mktemp("workspace")
     copy_sources(folder / "florence_bt")
+    without = shutil.ignore_patterns("__pycache__", "tests", "*.egg-info")
+    shutil.copytree(CHECKOUT / "packages", folder / "packages", ignore=without)
     # What a sourced ROS 2 sets.
     ros = {"AMENT_PREFIX_PATH": sys.prefix, "CMAKE_PREFIX_PATH": sys.prefix}
-    shell(folder, f"{COLCON} build --base-paths florence_bt", **ros)
+    shell(folder, f"{COLCON} build --base-paths florence_bt packages/*", **ros)
     return folder
 
 
@@ -56,6 +58,16 @@ def test_the_program_runs_in_the_install_space(workspace: Path, tmp_path: Path) 
     assert "missions checked" in shell(
         tmp_path, f"{run} check $(dirname {program})/../python*/*/florence_bt/trees/missions"
     )
+    # Of the packages beside it.
+    assert "in a browser" in shell(tmp_path, f"{run} page --help")
+    assert "BehaviorTree.CPP" in shell(tmp_path, f"{run} import --help")
+
+
+@pytest.mark.parametrize("package", ["florence_bt", "florence_btcpp", "florence_page"])
+def test_the_install_space_has_each_package(workspace: Path, package: str) -> None:
+    share = workspace / "install" / package / "share"
+    assert (share / "ament_index/resource_index/packages" / package).is_file()
+    assert (share / package / "package.xml").is_file()
 
 
 def test_the_install_space_has_what_ros_looks_for(workspace: Path) -> None:

@@ -7,7 +7,9 @@ import sys
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
-from florence_bt.core.installation import EXTRAS, OWN_INTERFACES
+import pytest
+
+from florence_bt.core.installation import EXTRAS, OWN_INTERFACES, PACKAGES
 
 ROOT = Path(__file__).parents[2]
 KEYS = {
@@ -40,30 +42,33 @@ FROM_PIP = {
 """rosdep has no keys for these."""
 
 
-def imported(package: str) -> set[str]:
+def imported(package: Path) -> set[str]:
     """The modules that the code of a package imports from outside of Python and of itself."""
     names = set()
-    for file in (ROOT / package).rglob("*.py"):
+    for file in package.rglob("*.py"):
         for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
             if isinstance(node, ast.Import):
                 names |= {alias.name for alias in node.names}
             elif isinstance(node, ast.ImportFrom) and node.level == 0:
                 names.add(node.module or "")
-    return {name.partition(".")[0] for name in names} - sys.stdlib_module_names - {package}
+    return {name.partition(".")[0] for name in names} - sys.stdlib_module_names - {package.name}
 
 
-def test_everything_imported_is_named() -> None:
-    tree = ET.parse(ROOT / "package.xml")
+@pytest.mark.parametrize("place", [".", "packages/florence_btcpp", "packages/florence_page"])
+def test_everything_imported_is_named(place: str) -> None:
+    file = ROOT / place / "package.xml"
+    tree = ET.parse(file)
+    package = file.parent / str(tree.findtext("name"))
     named = {element.text for element in tree.getroot() if element.tag in ("depend", "exec_depend")}
-    for module in imported("florence_bt") - FROM_PIP:
+    modules = imported(package)
+    for module in modules - FROM_PIP:
         assert {module, f"python3-{module}", KEYS.get(module, module)} & named, module
-    comment = (ROOT / "package.xml").read_text()
-    for module in FROM_PIP:
-        assert module.replace("_", "-") in comment, module
+    for module in modules & FROM_PIP:
+        assert module.replace("_", "-") in file.read_text(), module
 
 
 def test_advice_knows_every_module_that_pip_brings() -> None:
-    known = {module for modules in EXTRAS.values() for module in modules}
+    known = {module for modules in (*EXTRAS.values(), *PACKAGES.values()) for module in modules}
     assert known >= FROM_PIP and not known & set(OWN_INTERFACES)
     own = {path.parent.name for path in (ROOT / "interfaces").glob("*/package.xml")}
     assert set(OWN_INTERFACES) == own | {"nav2_msgs"}, "of nav2_msgs Florence has the definitions inside"

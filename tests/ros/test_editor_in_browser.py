@@ -23,9 +23,9 @@ if CHROMIUM is None:
 
 from florence_interfaces.msg import RunState  # noqa: E402
 from florence_interfaces.srv import ReloadMissions, RunMission  # noqa: E402
+from florence_page.access import COOKIE, make_token, tokens_file  # noqa: E402
 from websockets.exceptions import ConnectionClosed, InvalidStatus  # noqa: E402
 
-from florence_bt.app.page.access import COOKIE, make_token, tokens_file  # noqa: E402
 from florence_bt.ros.node import FlorenceNode  # noqa: E402
 from florence_bt.ros.qos import LATCHED  # noqa: E402
 from tests.ros.conftest import Child  # noqa: E402

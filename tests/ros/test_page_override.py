@@ -13,9 +13,9 @@ import pytest
 pytest.importorskip("nicegui")
 pytest.importorskip("rclpy")
 
+from florence_page.ros_thread import RosThread
 from geometry_msgs.msg import Twist
 
-from florence_bt.app.page.ros_thread import RosThread
 from florence_bt.core.errors import FlorenceError
 from florence_bt.ros.qos import RELIABLE
 from tests.ros.override_driver import OverrideDriver

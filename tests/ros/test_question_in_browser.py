@@ -19,8 +19,8 @@ if CHROMIUM is None:
 
 from florence_interfaces.msg import Question, RunState  # noqa: E402
 from florence_interfaces.srv import AnswerQuestion  # noqa: E402
+from florence_page.question import FRESH, FRESH_S  # noqa: E402
 
-from florence_bt.app.page.question import FRESH, FRESH_S  # noqa: E402
 from florence_bt.ros.node import FlorenceNode  # noqa: E402
 from florence_bt.ros.qos import LATCHED  # noqa: E402
 from tests.ros.conftest import Child  # noqa: E402

@@ -43,9 +43,9 @@ pytestmark = [pytest.mark.ros, pytest.mark.slow, pytest.mark.xdist_group("who_ge
 
 ROUTES = """
 import json, sys
-from florence_bt.app.page.access import Access
-from florence_bt.app.page.ros_thread import RosThread
-from florence_bt.app.page.server import make_app
+from florence_page.access import Access
+from florence_page.ros_thread import RosThread
+from florence_page.server import make_app
 
 def walk(routes, above=""):
     for route in routes:

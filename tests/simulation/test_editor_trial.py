@@ -9,10 +9,11 @@ import pytest
 
 pytest.importorskip("mujoco")
 
-from florence_bt.app.page.editor import trial as trial_module
-from florence_bt.app.page.editor.helpers import Trials
-from florence_bt.app.page.editor.trial import Trial
-from florence_bt.app.page.editor.trial_request import TrialRequest
+from florence_page.editor import trial as trial_module
+from florence_page.editor.helpers import Trials
+from florence_page.editor.trial import Trial
+from florence_page.editor.trial_request import TrialRequest
+
 from florence_bt.core.errors import FlorenceError
 
 WAITS = "mission: wait\ntree:\n  wait: 1 h\n"

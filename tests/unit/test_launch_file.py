@@ -165,7 +165,7 @@ def test_it_starts_the_processes_nodes_and_parameters_of_up(monkeypatch, tmp_pat
     assert by_launch.folder == by_hand.folder and by_launch.namespace == by_hand.namespace
     assert topology.processes(by_launch) == topology.processes(by_hand)
     assert topology.remappings(by_launch) == topology.remappings(by_hand)
-    for name in topology.NODE_CLASSES:
+    for name in topology.node_classes():
         assert config_of(by_launch).of(name) == config_of(by_hand).of(name)
 
 

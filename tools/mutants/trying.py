@@ -54,7 +54,7 @@ class Copy:
         for folder_name in ("build", ".venv"):
             if (ROOT / folder_name).exists() and not (folder / folder_name).exists():
                 (folder / folder_name).symlink_to(ROOT / folder_name)
-        paths = [folder, folder / "packages/florence_btcpp"]
+        paths = [folder, *sorted((folder / "packages").iterdir())]
         self._environment = {
             **os.environ,
             "PYTHONPATH": os.pathsep.join(map(str, paths)),

@@ -20,13 +20,13 @@ from .progress import Log, Step, StepFailed, stamped
 
 LOCK = machine.ROOT / "requirements.lock"
 PROJECT = machine.ROOT / "pyproject.toml"
-EXCHANGE = machine.ROOT / "packages" / "florence_btcpp"
-"""The package with ``florence import`` and ``florence export``."""
+PACKAGES = sorted((machine.ROOT / "packages").iterdir())
+"""The distributions beside Florence's own: the exchange with BehaviorTree.CPP, the page."""
 EDITABLE = [
     PROJECT,
     machine.ROOT / "setup.py",
     machine.ROOT / "florence_bt" / "__init__.py",
-    EXCHANGE / PROJECT.name,
+    *(package / PROJECT.name for package in PACKAGES),
 ]
 """The files that the editable installs are made from."""
 
@@ -74,12 +74,13 @@ def packages_step(log: Log, section: str) -> Step:
 
 
 def florence_step(log: Log) -> Step:
-    """Make the step that installs Florence and its exchange with BehaviorTree.CPP, in place."""
+    """Make the step that installs Florence and the packages beside it, in place."""
+    places = [word for folder in (machine.ROOT, *PACKAGES) for word in ("-e", folder)]
     return stamped(
-        "florence-bt and florence-btcpp",
+        "florence-bt, " + ", ".join(package.name.replace("_", "-") for package in PACKAGES),
         machine.STATE / "florence.stamp",
         lambda: content_hash([_python(), *(file for file in EDITABLE if file.exists())]),
-        lambda: log.call([machine.PYTHON, *INSTALL, "-e", machine.ROOT, "-e", EXCHANGE]),
+        lambda: log.call([machine.PYTHON, *INSTALL, *places]),
     )
 
 
@@ -118,7 +119,7 @@ def write_lock(everything: Iterable[str], parts: Mapping[str, Iterable[str]]) ->
 
 
 def lock() -> None:
-    """Resolve every requirement of pyproject.toml and write the exact versions to the lock.
+    """Resolve every requirement of the distributions and write the exact versions to the lock.
 
     The oldest Python decides: what it can have, the newer one can have too, but not the other way round.
 
@@ -129,12 +130,13 @@ def lock() -> None:
         raise StepFailed("the lock is made with Python 3.11, the oldest one: make lock PYTHON=python3.11")
     project = tomllib.loads(PROJECT.read_text())
     extras = project["project"]["optional-dependencies"]
+    beside = _join(_needs_of(package / PROJECT.name) for package in PACKAGES)
     base = project["build-system"]["requires"]
     needs = {section: _join(extras[extra] for extra in names) for section, names in EXTRAS.items()}
     needs[RUN] += project["project"]["dependencies"]
     with tempfile.TemporaryDirectory() as folder:
         venv.create(Path(folder) / "venv", with_pip=True)
-        everything = _resolve(Path(folder), [*base, *needs[RUN], *_join(extras.values())])
+        everything = _resolve(Path(folder), [*base, *needs[RUN], *_join(extras.values()), *beside])
         chosen = Path(folder) / "chosen.txt"
         chosen.write_text("\n".join(everything))
         parts = {
@@ -145,6 +147,12 @@ def lock() -> None:
         parts[BASE] = [*both, *_resolve(Path(folder), ["-c", chosen, *base])]
     LOCK.write_text(write_lock(everything, parts))
     print(f"{LOCK.name}: {len(everything)} packages")
+
+
+def _needs_of(project: Path) -> list[str]:
+    """Return what a distribution beside Florence's own needs but that."""
+    needs: list[str] = tomllib.loads(project.read_text())["project"]["dependencies"]
+    return [need for need in needs if need != "florence-bt"]
 
 
 def _resolve(folder: Path, requirements: Iterable[str | Path]) -> list[str]:

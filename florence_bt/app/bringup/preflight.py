@@ -7,8 +7,11 @@ from pathlib import Path
 
 from florence_bt.app.bringup.config import config_of
 from florence_bt.app.bringup.options import BringUp
+from florence_bt.app.bringup.package_processes import package_processes, wanted_processes
 from florence_bt.app.bringup.simulated import flat_of, people_at_home
 from florence_bt.app.bringup.topology import recorder_parameters, refuse_wrong_parameters
+from florence_bt.core.errors import ConfigError
+from florence_bt.core.installation import how_to_get
 from florence_bt.core.paths import find_data
 from florence_bt.ros.arguments import parameters_in
 from florence_bt.skills.home_sensors.mqtt import require_paho
@@ -55,10 +58,10 @@ def check_options(options: BringUp, warn: Callable[[str], None] = lambda sentenc
         from florence_bt.app.recording.node import check_recorder
 
         check_recorder(recorder_parameters(options))
-    if options.page_port:
-        from florence_bt.app.page.access import check_page, user_access
-
-        check_page(options.page_host, options.page_port, user_access())
+    if options.page_port and "page" not in {each.name for each in package_processes()}:
+        raise ConfigError("the page is not installed", valid=[how_to_get("florence_page")])
+    for each in wanted_processes(options):
+        each.check(options)
     if options.mapping:
         from florence_bt.skills.navigation.mapping.drive import load_drive
         from florence_bt.skills.navigation.mapping.pose_graph import import_gtsam

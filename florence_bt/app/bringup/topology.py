@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from florence_bt.app.bringup.config import Config, Parameters, check_config, config_of
 from florence_bt.app.bringup.options import BringUp
+from florence_bt.app.bringup.package_processes import package_processes, wanted_processes
 from florence_bt.app.bringup.rehearsal import TOO_SLOW_ADVICE
 from florence_bt.app.bringup.supervisor import STARTED_AGAIN
 from florence_bt.core.errors import ConfigError, closest_first
@@ -49,11 +50,11 @@ NODES: dict[str, tuple[str, ...]] = {
     "navigation": ("map_server", "localiser", "mapping", "navigate"),
     "people": ("user_tracker_ni_node", "florenceLocator", "approach_user", "home_sensors"),
     "missions": ("speech", "florence_bt"),
-    "page": ("page_server",),
 }
-"""Process -> its nodes, in the order of their start; ended the other way round, so that missions cancel first
-and the base is stopped by its driver before its port goes away. With ``--split`` each node has a process
-that is called as the node. The recorder is there from the first message to the last."""
+"""Process -> its nodes, without those of other packages (:mod:`package_processes`), in the order of their
+start; ended the other way round, so that missions cancel first and the base is stopped by its driver before
+its port goes away. With ``--split`` each node has a process that is called as the node. The recorder is there
+from the first message to the last."""
 
 NODE_CLASSES = {
     "recorder": "app.recording.node:RecorderNode",
@@ -77,7 +78,6 @@ NODE_CLASSES = {
     "home_sensors": "skills.home_sensors.node:HomeSensorsNode",
     "florence_bt": "runtime.node:MissionNode",
     "speech": "skills.speech.node:SpeechNode",
-    "page_server": "app.page.process:PageServerNode",
 }
 """Node -> module (below ``florence_bt``) and class."""
 
@@ -106,10 +106,10 @@ SIMULATED_WITH = {
 
 DEVICE_NODES = ("turtlebot_node", "hokuyo_node", "kinect_node", "kinect_aux")
 """The drivers; each publishes its diagnostics once a second."""
-OBSERVERS = ("recorder", "page_server")
-"""Nodes that nothing depends on: when one hangs or dies, nothing stops, and nothing waits for it."""
+RECORDER = "recorder"
+"""Nothing depends on it, nor on the processes of other packages: they are observers."""
 
-OPTIONAL = ("home_sensors", "speech", *OBSERVERS)
+OPTIONAL = ("home_sensors", "speech", RECORDER)
 """Nodes that are not in every bring-up: they are asked for, or another program has their place."""
 
 MAPPING, WITHOUT_MAPPING = ("mapping",), ("map_server", "localiser")
@@ -136,19 +136,25 @@ OWN_CLOCK = "/clock:=clock"
 Factory = Callable[[], "FlorenceNode"]
 
 
+def node_classes() -> dict[str, str]:
+    """Return ``module:Class`` of every node, also of those that other packages bring."""
+    own = {name: f"florence_bt.{place}" for name, place in NODE_CLASSES.items()}
+    return own | {each.node: each.node_class for each in package_processes()}
+
+
 def node_class(name: str) -> type[FlorenceNode]:
     """Import the class of a node; takes up to a second."""
-    module, _, kind = NODE_CLASSES[name].partition(":")
-    found: type[FlorenceNode] = getattr(importlib.import_module(f"florence_bt.{module}"), kind)
+    module, _, kind = node_classes()[name].partition(":")
+    found: type[FlorenceNode] = getattr(importlib.import_module(module), kind)
     return found
 
 
 def loaded_for(process: str, options: BringUp) -> list[str]:
     """Return what the fork server loads for a process: the modules of its nodes, and what makes these."""
-    nodes = processes(options)[process]
+    nodes, classes = processes(options)[process], node_classes()
     tables = (MADE_WITH, SIMULATED_WITH) if options.in_flat else (MADE_WITH,)
     return [
-        *(f"florence_bt.{NODE_CLASSES[node].partition(':')[0]}" for node in nodes),
+        *(classes[node].partition(":")[0] for node in nodes),
         *(module for node in nodes for table in tables for module in table.get(node, ())),
     ]
 
@@ -159,7 +165,7 @@ def refuse_wrong_parameters(config: Config) -> None:
     Raises:
         ConfigError: With the place in the file.
     """
-    check_config(config, {name: partial(node_class, name) for name in NODE_CLASSES})
+    check_config(config, {name: partial(node_class, name) for name in node_classes()})
 
 
 def remappings(options: BringUp) -> tuple[str, ...]:
@@ -171,13 +177,13 @@ def processes(options: BringUp) -> dict[str, tuple[str, ...]]:
     """Return the processes of a bring-up with their nodes, both in the order of their start."""
     absent = {
         "recorder": not options.has_recorder,
-        "page": not options.page_port,
         "simulator": not options.in_flat,
         "hardware": options.base == "running",
         "navigation": options.nav == "nav2",
         "people": options.missions_only,
     }
     found = {group: names for group, names in NODES.items() if not absent.get(group)}
+    found |= {each.name: (each.node,) for each in wanted_processes(options)}
     if options.missions_only:
         found["missions"] = ("florenceLocator", "home_sensors", *found["missions"])
     without = {
@@ -201,8 +207,9 @@ def ended_together(options: BringUp) -> list[str]:
 
 
 def observers(options: BringUp) -> set[str]:
-    """Return the processes that have nothing but :data:`OBSERVERS`."""
-    return {name for name, its in processes(options).items() if set(OBSERVERS).issuperset(its)}
+    """Return the processes that nothing depends on: when one hangs or dies, nothing stops or waits."""
+    nodes = {RECORDER, *(each.node for each in package_processes())}
+    return {name for name, its in processes(options).items() if nodes.issuperset(its)}
 
 
 def companions(process: str, options: BringUp) -> list[str] | None:
@@ -254,7 +261,10 @@ def factories(process: str, options: BringUp) -> list[Factory]:
     if process not in known:
         raise ConfigError(f"unknown process {process!r}", valid=closest_first(process, known))
     settings = _Settings(options)
-    return [_MAKERS.get(node, partial(_plain, node))(settings) for node in known[process]]
+    added = {each.node: each.parameters(options) for each in wanted_processes(options)}
+    return [
+        _MAKERS.get(node, partial(_plain, node, **added.get(node, {})))(settings) for node in known[process]
+    ]
 
 
 class _Settings:
@@ -341,12 +351,6 @@ def recorder_parameters(options: BringUp) -> Parameters:
 
 def _recorder(settings: _Settings) -> Factory:
     return partial(node_class("recorder"), parameters=recorder_parameters(settings.options))
-
-
-def _page(settings: _Settings) -> Factory:
-    options = settings.options
-    where = {"host": options.page_host, "port": options.page_port, "runs_folder": str(options.runs.resolve())}
-    return _plain("page_server", settings, **where)
 
 
 def _simulator(settings: _Settings) -> Factory:
@@ -521,6 +525,5 @@ _MAKERS: dict[str, Callable[[_Settings], Factory]] = {
     "home_sensors": _home_sensors,
     "speech": _speech,
     MISSIONS: _missions,
-    "page_server": _page,
 }
 """Node -> what makes its factory; the others need their part of the configuration only."""

@@ -11,10 +11,10 @@ from rich.console import Console
 from florence_bt.app.bringup.fork_server import ForkServer
 from florence_bt.app.bringup.missing_servers import MissingServers
 from florence_bt.app.bringup.options import BringUp
+from florence_bt.app.bringup.package_processes import wanted_processes
 from florence_bt.app.bringup.rehearsal import RehearsalPace
 from florence_bt.app.bringup.system import System
 from florence_bt.app.bringup.topology import recorder_parameters
-from florence_bt.app.page.access import address_of
 from florence_bt.app.runs.client import MissionClient
 from florence_bt.app.runs.journal_view import left_runs, outcomes_of
 from florence_bt.core.errors import DeviceTimeout
@@ -70,8 +70,8 @@ def run_up(options: BringUp, fork_server: ForkServer) -> None:
         say(f"ready after {seconds:.1f} s; logs in {options.folder}/logs, runs in {options.runs}")
         if options.has_recorder:
             say(_told_of_recorder(recorder_parameters(options)))
-        if options.page_port:
-            say(f"the page: {address_of(options.page_host, options.page_port)}")
+        for each in wanted_processes(options):
+            say(each.told(options))
         for line in outcomes_of(options.runs, left):
             say(line)
         if not options.missions_only and not system.client.knows_pose():

@@ -11,8 +11,8 @@ from florence_bt.app.bringup.topology import (
     DEVICE_NODES,
     MAPPING,
     NODES,
-    OBSERVERS,
     OPTIONAL,
+    RECORDER,
     WITHOUT_MAPPING,
 )
 from florence_bt.app.doctor.finding import (
@@ -59,7 +59,7 @@ def has_only_missions(view: GraphView) -> bool:
     """Tell whether nothing is there but the mission server and the places, as with ``--missions-only``."""
     seen = _names(view)
     rest = {name for group, names in NODES.items() if group != "missions" for name in names}
-    beside = {"florenceLocator", "home_sensors", *OBSERVERS}
+    beside = {"florenceLocator", "home_sensors", RECORDER}
     return bool(seen & {*NODES["missions"]}) and not seen & (rest - beside)
 
 

@@ -53,7 +53,7 @@ text."""
 
 
 class Roles(Protocol):
-    """Who may do what: see :class:`~florence_bt.app.page.access.Access`."""
+    """Who may do what; the page's is ``Access`` of florence_page."""
 
     @property
     def tokens(self) -> Mapping[str, Any]:

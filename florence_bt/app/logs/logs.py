@@ -12,7 +12,7 @@ from rich.text import Text
 
 from florence_bt.app.bringup.locks import last_folder
 from florence_bt.app.bringup.options import FILE
-from florence_bt.app.bringup.topology import NODE_CLASSES
+from florence_bt.app.bringup.topology import node_classes
 from florence_bt.app.logs.entries import LEVELS, LogEntry, at_least, entries_in
 from florence_bt.core.errors import ConfigError, closest_first
 
@@ -68,7 +68,7 @@ class LogReader:
         self._levels = at_least(level)
         self._begin = 0.0 if whole else _begin_of(folder)
         self._read: dict[Path, int] = {}
-        known = [*sorted(file.stem for file in folder.glob(f"*{SUFFIX}")), *NODE_CLASSES]
+        known = [*sorted(file.stem for file in folder.glob(f"*{SUFFIX}")), *node_classes()]
         for name in names:
             if name not in known:
                 raise ConfigError(

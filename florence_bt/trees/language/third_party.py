@@ -1,4 +1,4 @@
-"""Skills, missions and commands of installed packages: found by Python entry points.
+"""Skills, missions, commands and processes of installed packages: found by Python entry points.
 
 A package that cannot be loaded is reported by its name and takes nothing else away.
 """
@@ -25,10 +25,12 @@ MISSIONS = "florence_bt.missions"
 """Entry points of package folders with mission files."""
 COMMANDS = "florence_bt.commands"
 """Entry points of ``typer.Typer`` objects whose commands become verbs of ``florence``."""
+PROCESSES = "florence_bt.processes"
+"""Entry points of processes of ``florence up`` (``app/bringup/package_processes.py``)."""
 
 
 class ThirdParty:
-    """The skills, commands and missions of installed packages.
+    """The skills, missions, commands and processes of installed packages.
 
     Attributes:
         findings: The packages that could not be loaded, and why.
@@ -48,7 +50,14 @@ class ThirdParty:
 
     def commands(self) -> Iterator[tuple[str, Any]]:
         """Yield the ``typer.Typer`` objects by the entry points' names, each with who brought it."""
-        for point in _points(COMMANDS):
+        return self._objects(COMMANDS)
+
+    def processes(self) -> Iterator[tuple[str, Any]]:
+        """Yield the processes of ``florence up`` by the entry points' names, each with who brought it."""
+        return self._objects(PROCESSES)
+
+    def _objects(self, group: str) -> Iterator[tuple[str, Any]]:
+        for point in _points(group):
             try:
                 yield _owner(point), point.load()
             except (Exception, SystemExit) as error:

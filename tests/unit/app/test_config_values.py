@@ -14,7 +14,7 @@ pytest.importorskip("rclpy")
 from florence_bt.app.bringup.config import Config, read_sections
 from florence_bt.app.bringup.options import BringUp
 from florence_bt.app.bringup.preflight import check_options
-from florence_bt.app.bringup.topology import NODE_CLASSES, NODES, node_class, refuse_wrong_parameters
+from florence_bt.app.bringup.topology import NODES, node_class, node_classes, refuse_wrong_parameters
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.limits import Limits
 from florence_bt.ros.parameters import from_parameter
@@ -23,10 +23,10 @@ SQUARE = "[[0.2, 0.2], [0.2, -0.2], [-0.2, -0.2], [-0.2, 0.2]]"
 
 
 def test_every_node_has_its_class():
-    assert set(NODE_CLASSES) == {node for nodes in NODES.values() for node in nodes}
+    assert set(node_classes()) == {node for nodes in NODES.values() for node in nodes} | {"page_server"}
 
 
-@pytest.mark.parametrize("name", NODE_CLASSES)
+@pytest.mark.parametrize("name", node_classes())
 def test_what_a_node_reads_is_what_is_checked(name):
     kind = node_class(name)
     read = re.findall(r"read_parameters\((\w+)\)", inspect.getsource(kind))
@@ -93,7 +93,7 @@ def test_a_footprint_as_nav2_writes_it(tmp_path):
     assert read == (0.2, 0.2, 0.2, -0.2, -0.2, -0.2, -0.2, 0.2)
 
 
-@pytest.mark.parametrize("name", NODE_CLASSES)
+@pytest.mark.parametrize("name", node_classes())
 def test_every_number_has_limits(name):
     """NaN and infinity are told by limits alone."""
     unlimited = {"seed", "operation_mode", "save_map_timeout"}  # any; one of a list; of the map server

@@ -185,7 +185,7 @@ def test_a_page_for_others_needs_tokens(tmp_path, monkeypatch):
 
 
 def test_the_processes_of_a_bring_up():
-    assert list(processes(BringUp(folder="x", record=True, page_port=8080))) == list(NODES)
+    assert list(processes(BringUp(folder="x", record=True, page_port=8080))) == [*NODES, "page"]
     assert "simulator" not in processes(BringUp(folder="x", simulated=False))
     with pytest.raises(ConfigError, match=r"'navigatio'.*navigation"):
         factories("navigatio", BringUp(folder="x"))

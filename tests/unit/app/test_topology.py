@@ -11,7 +11,7 @@ from florence_bt.app.bringup.preflight import check_options
 from florence_bt.app.bringup.supervisor import STARTED_AGAIN
 from florence_bt.app.bringup.topology import (
     NODES,
-    OBSERVERS,
+    RECORDER,
     companions,
     ended_together,
     factories,
@@ -175,10 +175,7 @@ def test_split_gives_each_node_a_process_in_the_same_order(tmp_path):
     split = processes(options)
     whole = processes(BringUp(folder=str(tmp_path)))
     assert list(split.values()) == [(node,) for nodes in whole.values() for node in nodes]
-    assert (
-        list(whole) == [name for name in NODES if not {*NODES[name]} & {*OBSERVERS}]
-        and "home_sensors" not in split
-    )
+    assert list(whole) == [name for name in NODES if name != RECORDER] and "home_sensors" not in split
     assert process_of("velocity_filter", options) == "velocity_filter"
     assert set(ended_together(options)) == {*whole["navigation"], *whole["people"]}
     quiet = BringUp(folder=str(tmp_path), split=True, speech="none", simulated=False)

@@ -7,11 +7,11 @@ from datetime import datetime
 from pathlib import Path
 
 import numpy as np
+from florence_page.editor.shelf import Shelf
 from typer.testing import CliRunner
 
 from florence_bt.app.devices.config_edit import set_numbers
 from florence_bt.app.maps.build import Built, write_built
-from florence_bt.app.page.editor.shelf import Shelf
 from florence_bt.cli.application import app
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2

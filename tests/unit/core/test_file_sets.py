@@ -194,19 +194,19 @@ OTHERWISE = {
     "app/demo/kernel_cache.py": "a cache",
     "app/interfaces/building.py": "the environment, with a list of its own",
     "app/interfaces/generating.py": "what is built, in a folder of its own",
-    "app/page/editor/helpers.py": "a folder for one trial",
     "app/maps/recordings/bag_files.py": "an unpacked copy, in a folder of its own",
     "drivers/kinect/fakenect.py": "a recording, frame by frame",
     "drivers/kinect/recording.py": "a recording, frame by frame",
     "drivers/turtlebot/override_file.py": "that the override is on, whatever is in it",
     "mission_testing/mission_tester.py": "a folder for one test",
     "simulation/home/picture.py": "into the memory",
+    "../packages/florence_page/florence_page/editor/helpers.py": "a folder for one trial",
 }
 """Modules that write otherwise, and what."""
 
 
 def test_whatever_else_is_written_is_written_by_this_function():
     package = Path(__file__).parents[3] / "florence_bt"
-    files = [*package.rglob("*.py"), *(package.parent / "packages").glob("*/florence_*/*.py")]
+    files = [*package.rglob("*.py"), *(package.parent / "packages").glob("*/florence_*/**/*.py")]
     found = {os.path.relpath(file, package) for file in files if WRITES.search(file.read_text("utf-8"))}
     assert found == set(OTHERWISE)

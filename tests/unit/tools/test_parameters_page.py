@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from florence_bt.app.bringup.topology import NODE_CLASSES
+from florence_bt.app.bringup.topology import node_classes
 from florence_bt.core.limits import Positive
 from tools.parameters_page import parameters_of, parameters_page
 
@@ -34,7 +34,7 @@ class MotorNode:
 def test_the_page_is_current():
     again = "write it again: python tools/parameters_page.py docs/reference/parameters.md"
     assert PAGE.read_text(encoding="utf-8") == parameters_page(), again
-    assert all(f"## {node}\n" in PAGE.read_text(encoding="utf-8") for node in NODE_CLASSES)
+    assert all(f"## {node}\n" in PAGE.read_text(encoding="utf-8") for node in node_classes())
 
 
 def test_a_parameter_has_its_unit_default_limits_and_section():

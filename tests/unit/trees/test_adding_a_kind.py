@@ -31,7 +31,7 @@ tree:
 RUN = """
 import json, sys
 from pathlib import Path
-from florence_bt.app.page.editor.words import words_of
+from florence_page.editor.words import words_of
 from florence_bt.trees.language.schema import make_schema
 from tests.unit.trees.language import Play
 play = Play(Path(sys.argv[1]), sys.argv[2].split("\\n", 1)[1])

@@ -1,12 +1,17 @@
-"""Skills, missions and commands of installed packages: what they bring, and what becomes of broken ones."""
+"""What installed packages bring: skills, missions, commands and processes; what becomes of broken ones."""
 
 import sys
 
 import pytest
 from typer.testing import CliRunner
 
+from florence_bt.app.bringup import preflight
+from florence_bt.app.bringup.options import BringUp
+from florence_bt.app.bringup.package_processes import package_processes
+from florence_bt.app.bringup.topology import loaded_for, observers, processes
 from florence_bt.cli import application
 from florence_bt.cli.exit_codes import OK, USAGE
+from florence_bt.core.errors import ConfigError
 from florence_bt.trees.checks.lint import check
 from florence_bt.trees.language.declarations import collect_declarations, own_declarations
 from florence_bt.trees.language.loader import BUILT_IN, MissionLibrary
@@ -23,7 +28,7 @@ def install(tmp_path, monkeypatch):
     monkeypatch.syspath_prepend(str(site))
     before = set(sys.modules)
 
-    def installer(name, files, skills=None, missions=None, commands=None):
+    def installer(name, files, skills=None, missions=None, commands=None, processes=None):
         for path, text in files.items():
             file = site / name / path
             file.parent.mkdir(parents=True, exist_ok=True)
@@ -34,6 +39,7 @@ def install(tmp_path, monkeypatch):
         points = [f"[florence_bt.skills]\n{name} = {skills}\n"] if skills else []
         points += [f"[florence_bt.missions]\n{name} = {missions}\n"] if missions else []
         points += [f"[florence_bt.commands]\n{name} = {commands}\n"] if commands else []
+        points += [f"[florence_bt.processes]\n{name} = {processes}\n"] if processes else []
         (info / "entry_points.txt").write_text("\n".join(points))
 
     yield installer
@@ -213,3 +219,51 @@ def test_commands_that_cannot_be_loaded_take_nothing_else_away(install, florence
     danced = florence("dance", "3")
     assert danced.stdout == "3 steps\n"
     assert "package broken" in danced.stderr and "ZeroDivisionError" in danced.stderr
+
+
+PROCESS = """
+from florence_bt.app.bringup.package_processes import PackageProcess
+
+WATCHER = PackageProcess(
+    name="watcher", node="watcher_node", node_class="watcher.node:Watcher",
+    is_wanted=lambda options: options.emulated, parameters=lambda options: {}, check=lambda options: None,
+    told=lambda options: "it watches",
+)
+"""
+
+
+@pytest.fixture
+def found():
+    """The processes of installed packages, looked for anew."""
+    package_processes.cache_clear()
+    yield package_processes
+    package_processes.cache_clear()
+
+
+def test_a_package_brings_a_process_that_nothing_depends_on(install, found):
+    install("watcher", {"__init__.py": PROCESS}, processes="watcher:WATCHER")
+    assert "watcher" in [each.name for each in found()]
+    without, options = BringUp(folder="x"), BringUp(folder="x", emulated=True)
+    assert "watcher" not in processes(without)
+    assert [*processes(options)][-1] == "watcher" and "watcher" in observers(options)
+    assert "watcher.node" in loaded_for("watcher", options)
+
+
+@pytest.mark.parametrize(
+    ("text", "points", "told"),
+    [
+        ("", "broken:NONE", "package broken.*cannot be loaded.*NONE"),
+        ("raise RuntimeError('no')", "broken:NONE", "package broken.*RuntimeError: no"),
+        ("NONE = 3", "broken:NONE", "3.*would have worked: a PackageProcess"),
+    ],
+)
+def test_a_process_that_cannot_be_loaded_is_told_with_its_package(install, found, text, points, told):
+    install("broken", {"__init__.py": text}, processes=points)
+    with pytest.raises(ConfigError, match=told):
+        found()
+
+
+def test_a_page_that_is_not_installed_is_told_with_how_to_get_it(monkeypatch):
+    monkeypatch.setattr(preflight, "package_processes", lambda: ())
+    with pytest.raises(ConfigError, match=r"the page is not installed.*make setup"):
+        preflight.check_options(BringUp(folder="x", page_port=8080))

@@ -7,10 +7,10 @@ from collections.abc import Mapping
 from typing import Any
 
 import pytest
+from florence_page.access import COOKIE, Access, make_token, read_tokens
 
 from florence_bt.app.guard.guard import MOST_LINKS, MOST_PAGES, MOST_PARTS, Guard, NoTokens
 from florence_bt.app.guard.rules import SHIELD
-from florence_bt.app.page.access import COOKIE, Access, make_token, read_tokens
 
 LINK = {"sec-fetch-site": "cross-site", "sec-fetch-mode": "navigate", "sec-fetch-dest": "document"}
 PICTURE = {"sec-fetch-site": "cross-site", "sec-fetch-mode": "no-cors", "sec-fetch-dest": "image"}
