@@ -305,7 +305,7 @@ class Recovery:
     def _take_up(self, past: Sequence[LeftRun], unsafe: str) -> list[MissionRun]:
         """Abort, restart or resume each run; gives those that go on waiting for their turn."""
         waiting: list[MissionRun] = []
-        for each in sorted(past, key=lambda each: each.row.started is None):
+        for each in past:
             reason = self._given_up(each) or unsafe or self._executor.blocked_by
             if reason:
                 self._abort(each, reason)

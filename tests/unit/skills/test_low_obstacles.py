@@ -31,6 +31,12 @@ def hits(scan: LaserScan) -> np.ndarray:
     return np.flatnonzero(scan.ranges < scan.range_max)
 
 
+def test_without_a_height_band_of_its_own_there_is_no_scan_of_what_is_low() -> None:
+    assert LowObstacles.between(WHOLE_BAND, LOW) is not None
+    edge = WHOLE_BAND.min_height
+    assert LowObstacles.between(WHOLE_BAND, LowObstacleParameters(low_min_height=edge)) is None
+
+
 @pytest.mark.parametrize("tilt", [-0.02, 0.0, 0.02])
 def test_the_floor_is_no_thing(tilt: float) -> None:
     assert len(hits(low_scan(floor(tilt)))) == 0

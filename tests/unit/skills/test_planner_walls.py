@@ -191,6 +191,16 @@ def test_a_wave_to_a_target_may_stop_there_and_a_directed_one_visits_less(cheape
     assert cheapest or abs(behind - min(aside, 19)) <= 1
 
 
+def test_a_wave_without_a_target_has_no_direction() -> None:
+    dice = np.random.default_rng(3)
+    side = 40
+    costs = dice.integers(NEUTRAL, 2 * NEUTRAL, (side, side)).astype(np.uint8)
+    costs[[0, -1], :] = costs[:, [0, -1]] = OBSTACLE
+    start = np.array([20 * side + 20])
+    alike = spread_wave(costs.ravel(), side, start, -1, 100.0)
+    assert np.array_equal(spread_wave(costs.ravel(), side, start, -1, 100.0, float(NEUTRAL)), alike)
+
+
 # ---- what the planner is asked for ---------------------------------------------------------------------
 
 

@@ -14,6 +14,7 @@ from florence_bt.core.outcome import Result
 from florence_bt.core.sensing import LaserScan
 from florence_bt.core.transforms import Transform3
 from florence_bt.skills.navigation.navigate._cell_kernels import LETHAL
+from florence_bt.skills.navigation.navigate.costmap import LASER
 from florence_bt.skills.navigation.navigate.drive import Drive
 from florence_bt.skills.navigation.navigate.drive_actions import PoseGoal
 from florence_bt.skills.navigation.navigate.parameters import RecoveryParameters
@@ -166,6 +167,22 @@ def test_recovering_forgets_nothing_that_the_laser_would_not_see_again(source: s
     assert trip.world.now > 20.0 and RecoveryBehaviour.BACK_UP.value in trip.texts
     assert trip.navigator.global_costmap.cost_at(*place) == LETHAL
     assert trip.navigator.local_costmap.cost_at(*in_odom) == LETHAL
+
+
+def test_recovering_forgets_what_the_laser_marked_where_it_does_not_look_now() -> None:
+    trip = Trip(Pose2(1.5, 2.4, 0.0))
+    beam = LaserScan(0.0, "laser", 0.0, 0.1, 0.02, 5.6, np.array([0.3], np.float32))
+    beyond_the_door = Transform3.from_pose2(Pose2(3.7, 0.0))
+    trip.navigator.add_scan(LASER, beam, beyond_the_door, trip.world.odom, trip.map_from_odom())
+    global_costmap, place = trip.navigator.global_costmap, (5.5, 2.4)
+    assert global_costmap.cost_at(*place) == LETHAL
+    trip.world.boxes = [*WALLS, DOOR]
+
+    def each(world: World) -> None:
+        world.boxes = [*WALLS, DOOR]
+
+    result, _ = until_over(trip, Pose2(7.0, 3.6, 0.0), each)
+    assert result.code == "blocked" and global_costmap.cost_at(*place) < LETHAL
 
 
 @pytest.mark.slow

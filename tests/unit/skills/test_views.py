@@ -70,6 +70,12 @@ def test_from_the_hotspot_of_a_small_open_room_all_is_seen_but_what_is_near_it()
     assert abs(second.bearing_to(hotspot.x, hotspot.y)) < 0.2
 
 
+def test_a_room_may_reach_to_the_edge_of_its_map() -> None:
+    grid = OccupancyGrid(0.05, Pose2(), np.zeros((80, 120), np.int8))
+    found = list(views(Pose2(3.0, 2.0), lambda x, y: True, grid))
+    assert len(found) > 1 and all(0.0 < view.x < 6.0 and 0.0 < view.y < 4.0 for view in found)
+
+
 def test_the_second_view_shows_what_is_hidden_from_the_hotspot() -> None:
     first, second, *_ = views(HOTSPOT, in_room, room(SCREEN))
     assert first == HOTSPOT
