@@ -56,6 +56,7 @@ from florence_bt.ros.conversions import (
     scan_from_ros,
     scan_to_ros,
     stamp_from_ros,
+    stamp_to_ros,
     twist_from_ros,
     twist_to_ros,
 )
@@ -75,6 +76,8 @@ _QOS = {
     Delivery.RELIABLE: RELIABLE,
     Delivery.LATCHED: LATCHED,
 }
+_PUBLISHED = {**_QOS, Delivery.STATE: RELIABLE, Delivery.COMMAND: RELIABLE}
+"""Of publishers: those that hear each reading, too, can listen."""
 _PLAIN = {bool: Bool, float: Float64, str: String}
 _MESSAGES: Mapping[type, tuple[type, Callable[[Any], Any], ToRos | None]] = {
     LaserScan: (LaserScanMsg, scan_from_ros, scan_to_ros),
@@ -181,7 +184,7 @@ class RosPorts:
     def output(self, topic: Topic[T]) -> _Output[T]:
         """Make a publisher."""
         message_type, to_ros = self._message_of(topic)
-        publisher = self._node.create_publisher(message_type, topic.name, _QOS[topic.delivery])
+        publisher = self._node.create_publisher(message_type, topic.name, _PUBLISHED[topic.delivery])
         return _Output(publisher, to_ros)
 
     def listen(self, topic: Topic[Any], take: Callable[[Any], None]) -> _Listening:
@@ -269,7 +272,9 @@ class RosPorts:
             return plain, lambda value: plain(data=value)
         if topic.interface:
             message_type = load_interface(topic.interface)
-            return message_type, lambda value: _filled(message_type(), asdict(value), self._node)
+            return message_type, lambda value: _filled(
+                message_type(), asdict(self._stamped(value)), self._node
+            )
         message_type, _, to_ros = _MESSAGES[topic.kind]
         assert to_ros is not None, f"{topic.name} needs an entry in to_ros"
         return message_type, lambda value: to_ros(self._stamped(value))
@@ -382,10 +387,12 @@ def _framed(message: PoseStamped, frame: str) -> FramedPose:
 
 
 def _filled(message: Any, values: Fields, node: FlorenceNode) -> Any:
-    """Set the fields of a message to the values that there are for them by name."""
+    """Set the fields of a message to the values that there are for them by name, and its stamp."""
     kinds = message.get_fields_and_field_types()
     for name in kinds.keys() & values.keys():
         setattr(message, name, _field(kinds[name], values[name], node))
+    if "header" in kinds:
+        message.header.stamp = stamp_to_ros(values["stamp"] if "stamp" in values else node.stamp())
     return message
 
 
@@ -399,6 +406,8 @@ def _field(kind: str, value: Any, node: FlorenceNode) -> Any:
             return [pose_to_ros(pose) for pose in value]
         case _ if kind == "builtin_interfaces/Duration":
             return duration_to_ros(value)
+        case _ if kind == "builtin_interfaces/Time":
+            return stamp_to_ros(value)
         case _:
             return value
 
