@@ -8,7 +8,7 @@ from florence_bt.core import topic_names
 from florence_bt.core.base_stop import BaseStop
 from florence_bt.core.diagnosis import Diagnoses
 from florence_bt.core.ports import Delivery, Topic, pictures
-from florence_bt.core.sensing import DepthImage, LaserScan, OccupancyGrid, Odometry, PoseEstimate
+from florence_bt.core.sensing import ColourImage, DepthImage, LaserScan, OccupancyGrid, Odometry, PoseEstimate
 from florence_bt.core.zones import Zone
 
 
@@ -41,6 +41,7 @@ RUN_STATE = Topic(topic_names.RUN_STATE, RunState, Delivery.LATCHED, "florence_i
 SCAN = Topic(topic_names.SCAN, LaserScan, Delivery.SENSOR)
 KINECT_SCAN = Topic(topic_names.KINECT_SCAN, LaserScan, Delivery.SENSOR)
 DEPTH = pictures(topic_names.DEPTH_IMAGE, DepthImage)
+COLOUR = pictures(topic_names.COLOUR_IMAGE, ColourImage)
 ZONES: Topic[tuple[Zone, ...]] = Topic(
     topic_names.ZONES, tuple, Delivery.LATCHED, "florence_interfaces/msg/Zones"
 )

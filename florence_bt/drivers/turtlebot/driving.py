@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import Protocol
 
 from florence_bt.core.base_stop import BaseStop
 from florence_bt.core.clock import call_every
@@ -13,6 +12,7 @@ from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import STANDSTILL, Twist2
 from florence_bt.core.ports import Fields, Ports
 from florence_bt.core.topics import BASE_STOP, DIAGNOSES, ODOMETRY
+from florence_bt.drivers.device_line import DeviceLine
 from florence_bt.drivers.turtlebot.diagnosis import diagnose
 from florence_bt.drivers.turtlebot.driver import BaseReading, TurtlebotDriver
 from florence_bt.drivers.turtlebot.hazards import StopReason
@@ -51,24 +51,6 @@ SILENT_S = 0.5
 """Seconds without a frame of the base after which it is not said to stand; one comes each 15 ms."""
 
 
-class BaseLine(Protocol):
-    """The line to the base: a port with bytes on a robot, the simulated base itself in the rig."""
-
-    @property
-    def device(self) -> object | None:
-        """What is at its other end, None while it is not open."""
-
-    @property
-    def problem(self) -> str:
-        """Why there is none; empty once it works."""
-
-    def pump(self) -> None:
-        """Have the driver say what it wants to say now."""
-
-    def works(self) -> None:
-        """Note that the base has answered."""
-
-
 class BaseDriving:
     """Drives the base by ``cmd_vel`` and tells what it senses.
 
@@ -83,7 +65,7 @@ class BaseDriving:
         self,
         ports: Ports,
         driver: TurtlebotDriver,
-        line: BaseLine,
+        line: DeviceLine,
         settings: TurtlebotNodeParameters,
         kept: OverrideFile,
     ) -> None:
