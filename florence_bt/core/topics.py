@@ -5,9 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from florence_bt.core import topic_names
+from florence_bt.core.base_stop import BaseStop
 from florence_bt.core.diagnosis import Diagnoses
 from florence_bt.core.ports import Delivery, Topic, pictures
-from florence_bt.core.sensing import DepthImage, LaserScan, OccupancyGrid, Odometry, PoseEstimate
+from florence_bt.core.sensing import ColourImage, DepthImage, LaserScan, OccupancyGrid, Odometry, PoseEstimate
 from florence_bt.core.zones import Zone
 
 
@@ -29,6 +30,7 @@ class FoundUser:
     user_position_y: float
 
 
+BASE_STOP = Topic(topic_names.STOP_REASON, BaseStop, Delivery.LATCHED, "florence_interfaces/msg/StopReason")
 DIAGNOSES = Topic(topic_names.DIAGNOSTICS, Diagnoses, Delivery.LATCHED)
 FOUND = Topic(topic_names.DETECTED_USER, FoundUser, interface="florence_interfaces/msg/DetectedUser")
 GLOBAL_COSTMAP = Topic(topic_names.GLOBAL_COSTMAP, OccupancyGrid, Delivery.LATCHED)
@@ -39,6 +41,7 @@ RUN_STATE = Topic(topic_names.RUN_STATE, RunState, Delivery.LATCHED, "florence_i
 SCAN = Topic(topic_names.SCAN, LaserScan, Delivery.SENSOR)
 KINECT_SCAN = Topic(topic_names.KINECT_SCAN, LaserScan, Delivery.SENSOR)
 DEPTH = pictures(topic_names.DEPTH_IMAGE, DepthImage)
+COLOUR = pictures(topic_names.COLOUR_IMAGE, ColourImage)
 ZONES: Topic[tuple[Zone, ...]] = Topic(
     topic_names.ZONES, tuple, Delivery.LATCHED, "florence_interfaces/msg/Zones"
 )

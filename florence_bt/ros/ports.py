@@ -26,7 +26,7 @@ from florence_bt.core.errors import FlorenceError
 from florence_bt.core.geometry import FramedPath, FramedPose, Pose2, Twist2, problem_with_quaternion
 from florence_bt.core.interfaces import load_interface
 from florence_bt.core.outcome import Outcome
-from florence_bt.core.ports import WARNING_PERIOD_S, Action, Delivery, Fields, Service, Topic
+from florence_bt.core.ports import WARNING_PERIOD_S, Action, Delivery, Fields, Output, Picture, Service, Topic
 from florence_bt.core.sensing import (
     CameraModel,
     ColourImage,
@@ -39,9 +39,12 @@ from florence_bt.core.sensing import (
 from florence_bt.core.topics import DIAGNOSES
 from florence_bt.ros.action_server import SingleGoalServer
 from florence_bt.ros.conversions import (
+    camera_info_to_ros,
     camera_model_from_ros,
     colour_from_ros,
+    colour_to_ros,
     depth_from_ros,
+    depth_to_ros,
     duration_from_ros,
     duration_to_ros,
     estimate_from_ros,
@@ -56,6 +59,7 @@ from florence_bt.ros.conversions import (
     scan_from_ros,
     scan_to_ros,
     stamp_from_ros,
+    stamp_to_ros,
     twist_from_ros,
     twist_to_ros,
 )
@@ -75,6 +79,8 @@ _QOS = {
     Delivery.RELIABLE: RELIABLE,
     Delivery.LATCHED: LATCHED,
 }
+_PUBLISHED = {**_QOS, Delivery.STATE: RELIABLE, Delivery.COMMAND: RELIABLE}
+"""Of publishers: those that hear each reading, too, can listen."""
 _PLAIN = {bool: Bool, float: Float64, str: String}
 _MESSAGES: Mapping[type, tuple[type, Callable[[Any], Any], ToRos | None]] = {
     LaserScan: (LaserScanMsg, scan_from_ros, scan_to_ros),
@@ -125,6 +131,27 @@ class _Output(Generic[T]):
     def send(self, value: T) -> None:
         """Publish a value."""
         self._publisher.publish(self._to_ros(value))
+
+
+class _PictureOutput(Generic[T]):
+    """A topic of pictures that is published, and beside it what their camera is."""
+
+    def __init__(self, node: FlorenceNode, topic: Topic[Any]) -> None:
+        self._node = node
+        self._images = node.create_publisher(Image, topic.name, SENSOR)
+        self._cameras = node.create_publisher(CameraInfo, _camera_of(topic), SENSOR)
+        self._to_ros: ToRos = depth_to_ros if topic.kind is DepthImage else colour_to_ros
+
+    @property
+    def listeners(self) -> int:
+        """How many have subscribed to either."""
+        return int(self._images.get_subscription_count() + self._cameras.get_subscription_count())
+
+    def send(self, picture: Picture[T]) -> None:
+        """Read a picture and publish it."""
+        image: Any = self._node.stamped(picture.read())  # type: ignore[type-var]
+        self._cameras.publish(camera_info_to_ros(image.camera, image.frame_id, image.stamp))
+        self._images.publish(self._to_ros(image))
 
 
 class _Goals:
@@ -178,10 +205,12 @@ class RosPorts:
         """The time of this machine."""
         return self._node.steady
 
-    def output(self, topic: Topic[T]) -> _Output[T]:
-        """Make a publisher."""
+    def output(self, topic: Topic[T]) -> Output[T]:
+        """Make a publisher; of pictures also one of what their camera is."""
+        if topic.kind in (DepthImage, ColourImage):
+            return _PictureOutput(self._node, topic)  # type: ignore[return-value]
         message_type, to_ros = self._message_of(topic)
-        publisher = self._node.create_publisher(message_type, topic.name, _QOS[topic.delivery])
+        publisher = self._node.create_publisher(message_type, topic.name, _PUBLISHED[topic.delivery])
         return _Output(publisher, to_ros)
 
     def listen(self, topic: Topic[Any], take: Callable[[Any], None]) -> _Listening:
@@ -269,7 +298,9 @@ class RosPorts:
             return plain, lambda value: plain(data=value)
         if topic.interface:
             message_type = load_interface(topic.interface)
-            return message_type, lambda value: _filled(message_type(), asdict(value), self._node)
+            return message_type, lambda value: _filled(
+                message_type(), asdict(self._stamped(value)), self._node
+            )
         message_type, _, to_ros = _MESSAGES[topic.kind]
         assert to_ros is not None, f"{topic.name} needs an entry in to_ros"
         return message_type, lambda value: to_ros(self._stamped(value))
@@ -314,7 +345,6 @@ class RosPorts:
     def _listen_to_depth(self, topic: Topic[Any], take: Callable[[Any], None]) -> _Listening:
         """Subscribe to depth pictures and, beside them, to what their camera is."""
         camera: list[CameraModel] = []
-        info = f"{topic.name.rpartition('/')[0]}/camera_info"
 
         def learn(model: CameraModel) -> None:
             camera[:] = [model]
@@ -324,7 +354,7 @@ class RosPorts:
                 read = partial(depth_from_ros, message, camera[0])
                 take(self._picture(message, read))
 
-        about = Topic(info, CameraModel, Delivery.SENSOR)
+        about = Topic(_camera_of(topic), CameraModel, Delivery.SENSOR)
         known = self._subscription(about, CameraInfo, camera_model_from_ros, learn)
         return _Listening(
             self._node, [known, self._node.create_subscription(Image, topic.name, receive, SENSOR)]
@@ -347,6 +377,11 @@ class RosPorts:
 
     def _stamped(self, value: Any) -> Any:
         return self._node.stamped(value) if hasattr(value, "stamp") else value
+
+
+def _camera_of(topic: Topic[Any]) -> str:
+    """Name the topic on which the camera of pictures is told."""
+    return f"{topic.name.rpartition('/')[0]}/camera_info"
 
 
 def _message_type(topic: Topic[Any]) -> type:
@@ -382,10 +417,12 @@ def _framed(message: PoseStamped, frame: str) -> FramedPose:
 
 
 def _filled(message: Any, values: Fields, node: FlorenceNode) -> Any:
-    """Set the fields of a message to the values that there are for them by name."""
+    """Set the fields of a message to the values that there are for them by name, and its stamp."""
     kinds = message.get_fields_and_field_types()
     for name in kinds.keys() & values.keys():
         setattr(message, name, _field(kinds[name], values[name], node))
+    if "header" in kinds:
+        message.header.stamp = stamp_to_ros(values["stamp"] if "stamp" in values else node.stamp())
     return message
 
 
@@ -399,6 +436,8 @@ def _field(kind: str, value: Any, node: FlorenceNode) -> Any:
             return [pose_to_ros(pose) for pose in value]
         case _ if kind == "builtin_interfaces/Duration":
             return duration_to_ros(value)
+        case _ if kind == "builtin_interfaces/Time":
+            return stamp_to_ros(value)
         case _:
             return value
 

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
+from florence_bt.core.ports import Ports
 from florence_bt.drivers.turtlebot.override_file import OverrideFile
 from florence_bt.drivers.turtlebot.override_switch import BaseWord, OverrideSwitch
 from florence_bt.ros.node import FlorenceNode
+from florence_bt.ros.ports import RosPorts
 
 
 class OverrideDriver(FlorenceNode):
@@ -15,11 +19,16 @@ class OverrideDriver(FlorenceNode):
         base: What the base says.
     """
 
-    def __init__(self, name: str = "driver", *, on: bool = False) -> None:
+    def __init__(
+        self, name: str = "driver", *, on: bool = False, connect: Callable[[FlorenceNode], Ports] = RosPorts
+    ) -> None:
         super().__init__(name)
         self.switched: list[bool] = []
         self.base = BaseWord(standing=True, driven_by_hand=False, problem="")
-        self.override = OverrideSwitch(self, OverrideFile(None), self.switched.append, lambda: self.base)
+        self.override = OverrideSwitch(
+            connect(self), OverrideFile(None), self.switched.append, lambda: self.base
+        )
+        self.on_close(self.override.close)
         if on:
             self.override.stop()
             self.switched.clear()

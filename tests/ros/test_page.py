@@ -44,6 +44,7 @@ from florence_bt.drivers.turtlebot.override_switch import BaseWord, OverrideSwit
 from florence_bt.ros.conversions import grid_to_ros, pose_stamped_to_ros  # noqa: E402
 from florence_bt.ros.diagnostics import diagnostics_publisher, diagnostics_to_ros  # noqa: E402
 from florence_bt.ros.node import FlorenceNode  # noqa: E402
+from florence_bt.ros.ports import RosPorts  # noqa: E402
 from florence_bt.ros.qos import LATCHED, RELIABLE, SENSOR  # noqa: E402
 from florence_bt.ros.tf import TransformBroadcaster  # noqa: E402
 from florence_bt.skills.locator.node import LocatorNode  # noqa: E402
@@ -63,7 +64,8 @@ class Robot(FlorenceNode):
         self.scan = self.create_publisher(LaserScanMsg, "filtered_scan", SENSOR)
         self.plan = self.create_publisher(PathMsg, "plan", RELIABLE)
         base = BaseWord(standing=True, driven_by_hand=False, problem="")
-        self.override = OverrideSwitch(self, OverrideFile(None), lambda on: None, lambda: base)
+        self.override = OverrideSwitch(RosPorts(self), OverrideFile(None), lambda on: None, lambda: base)
+        self.on_close(self.override.close)
         self.frames = TransformBroadcaster(self)
         self.map.publish(_map())
         self.run.publish(RunState(run_id="7", mission="greet", state="ACTIVE"))

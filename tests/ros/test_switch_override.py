@@ -6,6 +6,7 @@ import os
 import signal
 import sys
 import threading
+from collections.abc import Callable
 from typing import Any
 
 import pytest
@@ -17,7 +18,9 @@ from std_msgs.msg import Bool
 from florence_bt.app.runs import switch_override as module
 from florence_bt.app.runs.switch_override import NoBaseDriver, release_the_robot, stop_the_robot
 from florence_bt.core.errors import DeviceTimeout, FlorenceError
+from florence_bt.core.ports import Topic
 from florence_bt.ros.node import FlorenceNode
+from florence_bt.ros.ports import RosPorts
 from florence_bt.ros.qos import LATCHED, RELIABLE
 from tests.ros.override_driver import OverrideDriver
 
@@ -31,21 +34,28 @@ DRIVER = (
 )
 
 
+class DeafPorts(RosPorts):
+    """Miss the first values of each topic."""
+
+    def __init__(self, node: FlorenceNode, misses: int, heard: list[bool]) -> None:
+        super().__init__(node)
+        self._misses, self._heard = misses, heard
+
+    def listen(self, topic: Topic[Any], take: Callable[[Any], None]) -> Any:
+        def hear(value: Any) -> None:
+            self._heard.append(value)
+            if len(self._heard) > self._misses:
+                take(value)
+
+        return super().listen(topic, hear)
+
+
 class DeafDriver(OverrideDriver):
     """Misses the first messages."""
 
     def __init__(self, misses: int) -> None:
-        super().__init__()
-        switch = self.override._on_switch
         self.heard: list[bool] = []
-        self.destroy_subscription(self.override._commands)
-
-        def hear(message: Bool) -> None:
-            self.heard.append(message.data)
-            if len(self.heard) > misses:
-                switch(message)
-
-        self.create_subscription(Bool, "florenceLocator/manualOverride", hear, RELIABLE)
+        super().__init__(connect=lambda node: DeafPorts(node, misses, self.heard))
 
 
 def run(ros: Any, start_process: Any, verb: str) -> Any:

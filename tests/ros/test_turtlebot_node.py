@@ -515,7 +515,9 @@ def test_contact_stops_and_is_told_before_the_next_report_is_due(
     ros: Any, device: Device, tmp_path: Path, fault: dict[str, Any], word: str
 ) -> None:
     node, listener = start(ros, tmp_path)
-    node._state_limiter = RateLimiter(1e-3)  # one sensor state in a thousand seconds, unless there is news
+    node._driving._state_limiter = RateLimiter(
+        1e-3
+    )  # one sensor state in a thousand seconds, unless there is news
     ros.spin_until(lambda: [listener.drive(0.2, 0.0), device.wheels == (0.2, 0.2)][1])
     count = len(listener.seen["turtlebot_node/sensor_state"])
     for name, value in fault.items():

@@ -25,7 +25,7 @@ from florence_bt.core.outcome import Result
 from florence_bt.core.ports import Delivery, Ports, Topic
 from florence_bt.core.sensing import LaserScan, PoseEstimate
 from florence_bt.core.skill import Skill, SkillRun
-from florence_bt.core.topics import FOUND, MAP, ODOMETRY, POSE, SCAN, FoundUser
+from florence_bt.core.topics import COLOUR, DEPTH, FOUND, MAP, ODOMETRY, POSE, SCAN, FoundUser
 from florence_bt.ros.conversions import (
     camera_info_to_ros,
     colour_to_ros,
@@ -47,7 +47,7 @@ from florence_bt.simulation.rig.wires import Wires
 from florence_bt.skills.navigation.localisation.node import LocaliserNode
 from florence_bt.skills.navigation.navigate.node import NavigationNode
 from florence_bt.skills.people.user_tracker.node import UserTrackerNode
-from florence_bt.skills.people.user_tracker.tracking import COLOUR, DEPTH, USERS, UserIds
+from florence_bt.skills.people.user_tracker.tracking import USERS, UserIds
 
 pytestmark = pytest.mark.ros
 

@@ -46,7 +46,7 @@ def test_the_user_is_found_where_they_usually_are_at_this_hour():
 
 def test_a_patrol_with_a_low_battery_goes_home():
     rig = make_rig(seed=1, person="absent", user_room="hall")
-    rig.clock.call_at(rig.clock.now() + 3.0, lambda: setattr(rig, "charge_fraction", 0.1))
+    rig.clock.call_at(rig.clock.now() + 3.0, lambda: setattr(rig.robot.base, "charge_fraction", 0.1))
     run = rig.run("patrol", {"rooms": "living_room"})
     assert (run.status, run.code) == (RunStatus.FAILED, "battery_low")
     rig.clock.advance(1.0)

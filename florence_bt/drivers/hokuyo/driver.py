@@ -197,6 +197,14 @@ class HokuyoDriver:
         self.retry.reset_failures()  # whoever opens the port again makes pauses of his own
         self._halt()
 
+    def begin_with(self, sensor: Sensor) -> None:
+        """Measure with a sensor that was started and measures already, as in the rig."""
+        self.sensor = sensor
+        self.measurement, warnings = plan_measurement(self._parameters, sensor)
+        self._warn(warnings)
+        self.phase = DriverPhase.MEASURING
+        self.retry.begin()
+
     def begin_self_test(self, on_done: TestsDone, now: float) -> None:
         """Leave the stream, run the tests, report what they found, and measure again.
 
@@ -323,6 +331,19 @@ class HokuyoDriver:
         except FrameError:
             self._parser.corrupted += 1
             return None
+        return self.measured(scan, now)
+
+    def measured(self, scan: ScanReply, now: float) -> LaserScan | None:
+        """Take a scan as values, in place of the bytes of a reply.
+
+        Args:
+            scan: What the sensor measured.
+            now: When it came.
+
+        Returns:
+            The scan; None when the sensor turns out to be stuck.
+        """
+        assert self.sensor is not None, "it measures"
         if self._is_stuck(scan):
             self._fail(now, f"{self._same_stamps + 1} scans carry the same time stamp {scan.timestamp_ms} ms")
             return None

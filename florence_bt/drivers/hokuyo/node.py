@@ -1,4 +1,4 @@
-"""The ROS node of the Hokuyo scanner: port, thread, messages and the self test around the driver."""
+"""The ROS node of the Hokuyo scanner: port, thread and self test around the driver and its component."""
 
 from __future__ import annotations
 
@@ -9,32 +9,28 @@ from diagnostic_msgs.msg import DiagnosticStatus
 from diagnostic_msgs.srv import SelfTest
 from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.parameter import Parameter
-from sensor_msgs.msg import LaserScan as LaserScanMsg
 from sensor_msgs.msg import MultiEchoLaserScan
 
-from florence_bt.core.clock import call_every
 from florence_bt.core.diagnosis import Severity
 from florence_bt.core.errors import DeviceError, DeviceTimeout
-from florence_bt.core.topic_names import ECHOES, SCAN
 from florence_bt.drivers.driver_port import DriverPort
-from florence_bt.drivers.hokuyo.diagnosis import diagnose
 from florence_bt.drivers.hokuyo.driver import HokuyoDriver
 from florence_bt.drivers.hokuyo.geometry import MultiEchoScan
 from florence_bt.drivers.hokuyo.parameters import HokuyoParameters, HokuyoPortParameters
+from florence_bt.drivers.hokuyo.scanning import ECHOES, LaserScanning
 from florence_bt.drivers.hokuyo.self_test import SelfTestResult
 from florence_bt.drivers.serial_port import BytePort, SerialPort
 from florence_bt.drivers.tcp_port import TcpPort
 from florence_bt.ros.answers import Deferred
-from florence_bt.ros.conversions import echoes_to_ros, scan_to_ros
-from florence_bt.ros.diagnostics import diagnostics_publisher, diagnostics_to_ros
+from florence_bt.ros.conversions import echoes_to_ros
 from florence_bt.ros.node import FlorenceNode
-from florence_bt.ros.qos import SENSOR
-
-DIAGNOSTICS_PERIOD_S = 1.0
+from florence_bt.ros.ports import RosPorts
 
 
 class HokuyoNode(FlorenceNode):
-    """Publishes ``scan``, ``diagnostics`` and, with ``multi_echo``, ``echoes``; serves ``~/self_test``.
+    """Tells scans (:class:`LaserScanning`) on ``scan`` and, with ``multi_echo``, ``echoes``; ``diagnostics``.
+
+    Serves ``~/self_test``.
 
     It opens the port again when it is lost.
 
@@ -70,12 +66,7 @@ class HokuyoNode(FlorenceNode):
             self._measuring, lambda problem: self.get_logger().warning(problem), self._settings.line_rate
         )
         self._open_port, self._open_tcp = open_port, open_tcp
-        self._published_limits: tuple[float, ...] = ()
-        self._scans = self.create_publisher(LaserScanMsg, SCAN, SENSOR)
-        self._echoes = self.create_publisher(MultiEchoLaserScan, ECHOES, SENSOR)
-        self._diagnostics = diagnostics_publisher(self)
         self.create_service(SelfTest, "~/self_test", self._on_self_test)
-        self._reports = call_every(self.timebase, DIAGNOSTICS_PERIOD_S, self._report)
         self._port = DriverPort(
             self._driver,
             self.timebase,
@@ -91,11 +82,19 @@ class HokuyoNode(FlorenceNode):
             # The sensor's clock takes the earliest arrival for the true one.
             arrival_time=self.ros_timebase.arrival_time,
         )
+        self._scanning = LaserScanning(
+            RosPorts(self, {ECHOES: self._echoes_to_ros}),
+            self._driver,
+            self._port,
+            self._measuring,
+            self._settings.place,
+            self._declare_limits,
+        )
         self._port.open()
 
     def close(self) -> None:
         """Switch the laser off and release the port."""
-        self._reports.cancel()
+        self._scanning.close()
         if not_sent := self._port.close():
             self.get_logger().warning(f"the laser may still be on: {not_sent}")
 
@@ -112,14 +111,7 @@ class HokuyoNode(FlorenceNode):
         self._driver.start(self.timebase.now())
 
     def _receive(self, data: bytes, arrived: float) -> None:
-        for measured in self._driver.receive(data, arrived):
-            scan = self.stamped(measured)
-            self._scans.publish(scan_to_ros(scan))
-            if isinstance(scan, MultiEchoScan):
-                self._echoes.publish(echoes_to_ros(scan, scan.echoes, scan.echo_intensities))
-            self._port.works()
-            self._publish_limits()
-        self._port.pump()
+        self._scanning.take(self._driver.receive(data, arrived))
 
     def _send(self, port: BytePort, data: bytes) -> None:
         if data:
@@ -132,31 +124,14 @@ class HokuyoNode(FlorenceNode):
 
     # ---- what people see --------------------------------------------------------------------------------
 
-    def _publish_limits(self) -> None:
-        geometry = self._driver.geometry
-        if geometry is None:
-            return
-        limits = {
-            "min_ang_limit": geometry.angle_of(geometry.first_step),
-            "max_ang_limit": geometry.angle_of(geometry.last_step),
-            "min_range": geometry.minimum_mm / 1000.0,
-            "max_range": geometry.maximum_mm / 1000.0,
-        }
-        if self._published_limits == tuple(limits.values()):
-            return
-        self._published_limits = tuple(limits.values())
+    def _echoes_to_ros(self, scan: MultiEchoScan) -> MultiEchoLaserScan:
+        return echoes_to_ros(self.stamped(scan), scan.echoes, scan.echo_intensities)
+
+    def _declare_limits(self, limits: Mapping[str, float]) -> None:
         for name, value in limits.items():
             if not self.has_parameter(name):
                 self.declare_parameter(name, value, ParameterDescriptor(description="reported by the sensor"))
         self.set_parameters([Parameter(name, value=value) for name, value in limits.items()])
-
-    def _report(self) -> None:
-        now = self.timebase.now()
-        found = diagnose(self._driver, self._measuring, self._settings.place, self._port.problem, now)
-        device = found.values["Device ID"]
-        self._diagnostics.publish(
-            diagnostics_to_ros({"laser scanner": found}, self.get_name(), device, self.stamp())
-        )
 
     def _on_self_test(self, request: SelfTest.Request, response: SelfTest.Response) -> Deferred:
         """Run the tests of hokuyo_node; meanwhile no scans are published."""

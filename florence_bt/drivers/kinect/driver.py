@@ -95,25 +95,33 @@ class KinectDriver:
         self._distances: NDArray[np.float32] | None = None
         self.depth_images = 0
 
-    def depth(self, frame: DepthFrame, now: float) -> DepthImage | None:
-        """Return the image of a frame that arrived at ``now``; None if too soon after the last one."""
+    def note_depth(self, now: float) -> bool:
+        """Note a depth frame that arrived; False if it came too soon after the last one that counts."""
         if not self._is_due(now):
-            return None
+            return False
         self._frequency.tick(now)
         self._last_depth = now
         self.depth_images += 1
+        return True
+
+    def depth_image(self, frame: DepthFrame, arrived: float) -> DepthImage:
+        """Return the image of a frame that was noted when it arrived."""
         metres = frame.metres(self._step(frame), self._metres)
         self._distances = metres
         rows, columns = metres.shape
         registered = frame.view is View.COLOUR
         image = DepthImage(
-            now + self._parameters.depth_time_offset,
+            arrived + self._parameters.depth_time_offset,
             self._parameters.colour_frame_id if registered else self._parameters.depth_frame_id,
             camera_model(columns, rows, frame.view),
             metres,
         )
-        self._unused = _LatestImage(image, now, frame.view)
+        self._unused = _LatestImage(image, arrived, frame.view)
         return image
+
+    def depth(self, frame: DepthFrame, now: float) -> DepthImage | None:
+        """Return the image of a frame that arrived at ``now``; None if too soon after the last one."""
+        return self.depth_image(frame, now) if self.note_depth(now) else None
 
     def colour(self, frame: VideoFrame, now: float) -> ColourImage:
         """Return the colour image of a frame that arrived at ``now``."""

@@ -1,4 +1,4 @@
-"""The ROS node of the Kinect: source, thread and messages around the driver."""
+"""The ROS node of the Kinect: source, thread and messages around the driver and its component."""
 
 from __future__ import annotations
 
@@ -7,44 +7,35 @@ from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any
 
-from sensor_msgs.msg import CameraInfo, Image, PointCloud2
+from sensor_msgs.msg import Image, PointCloud2
 
 from florence_bt.core.clock import call_every
-from florence_bt.core.diagnosis import Diagnosis, Severity
 from florence_bt.core.errors import DeviceError, DeviceTimeout
-from florence_bt.core.sensing import DepthImage
-from florence_bt.core.topic_names import (
-    COLOUR_CAMERA_INFO,
-    COLOUR_IMAGE,
-    DEPTH_CAMERA_INFO,
-    DEPTH_IMAGE,
-    DEPTH_POINTS,
-    RAW_DEPTH_IMAGE,
-)
 from florence_bt.drivers.connection import Connection
-from florence_bt.drivers.kinect.camera import depth_to_points
-from florence_bt.drivers.kinect.codec import millimetres_from_metres
 from florence_bt.drivers.kinect.driver import KinectDriver, KinectParameters
-from florence_bt.drivers.kinect.frames import DepthFrame, Frame, VideoFrame
-from florence_bt.drivers.kinect.sources import FrameSource, open_source
-from florence_bt.ros.conversions import (
-    camera_info_to_ros,
-    colour_to_ros,
-    depth_to_ros,
-    millimetres_to_ros,
-    points_to_ros,
+from florence_bt.drivers.kinect.frames import DepthFrame, Frame
+from florence_bt.drivers.kinect.seeing import (
+    COLOURED_POINTS,
+    DEPTH_POINTS,
+    RAW_DEPTH,
+    REGISTERED_POINTS,
+    CameraSeeing,
+    Millimetres,
+    Points,
 )
-from florence_bt.ros.diagnostics import diagnostics_publisher, diagnostics_to_ros
+from florence_bt.drivers.kinect.sources import FrameSource, open_source
+from florence_bt.ros.conversions import millimetres_to_ros, points_to_ros
 from florence_bt.ros.node import FlorenceNode
-from florence_bt.ros.qos import SENSOR
+from florence_bt.ros.ports import RosPorts
 
-DIAGNOSTICS_PERIOD_S = 1.0
-BLIND = "no pixel of the depth images has a distance: is the lens covered, or does the sun shine into it?"
+CHECK_PERIOD_S = 1.0
+"""Between two looks whether the source is silent."""
+CLOUDS = (DEPTH_POINTS, COLOURED_POINTS, REGISTERED_POINTS)
 
 
 class KinectNode(FlorenceNode):
     """Publishes depth images with their camera model, and diagnostics; while somebody looks also colour
-    images, points, coloured points, and depth in whole millimetres.
+    images, points, coloured points, and depth in whole millimetres (:class:`CameraSeeing`).
 
     Opens the source again, with growing pauses, whenever it is lost. A slow executor gets the newest frame of
     each kind and misses the others.
@@ -75,18 +66,7 @@ class KinectNode(FlorenceNode):
         self._newest: dict[type, tuple[Frame, float]] = {}
         self._newest_lock = threading.Lock()
         self._opened = self.timebase.now()
-        self._depth = self.create_publisher(Image, DEPTH_IMAGE, SENSOR)
-        self._raw = self.create_publisher(Image, RAW_DEPTH_IMAGE, SENSOR)
-        self._points = self.create_publisher(PointCloud2, DEPTH_POINTS, SENSOR)
-        self._depth_info = self.create_publisher(CameraInfo, DEPTH_CAMERA_INFO, SENSOR)
-        self._colour = self.create_publisher(Image, COLOUR_IMAGE, SENSOR)
-        self._coloured = [
-            self.create_publisher(PointCloud2, name, SENSOR)
-            for name in ("camera/rgb/points", "camera/depth_registered/points")
-        ]
-        self._colour_info = self.create_publisher(CameraInfo, COLOUR_CAMERA_INFO, SENSOR)
-        self._diagnostics = diagnostics_publisher(self)
-        self._reports = call_every(self.timebase, DIAGNOSTICS_PERIOD_S, self._report)
+        self._checking = call_every(self.timebase, CHECK_PERIOD_S, self._check)
         self._connection: Connection[FrameSource, Frame] = Connection(
             self.timebase,
             self.call_soon,
@@ -99,11 +79,14 @@ class KinectNode(FlorenceNode):
             name="the Kinect",
             on_readers_thread=True,
         )
+        ports = RosPorts(self, {RAW_DEPTH: self._raw_to_ros, **dict.fromkeys(CLOUDS, self._points_to_ros)})
+        self._seeing = CameraSeeing(ports, self._driver, self._connection, self._settings.source)
         self._connection.open()
 
     def close(self) -> None:
         """Let go of the source."""
-        self._reports.cancel()
+        self._seeing.close()
+        self._checking.cancel()
         self._connection.close()
 
     def _on_open(self, _source: FrameSource) -> None:
@@ -130,46 +113,20 @@ class KinectNode(FlorenceNode):
         if self._connection.device is None:
             return
         if isinstance(frame, DepthFrame):
-            self._connection.works()
-            image = self._driver.depth(frame, arrived)
-            if image is not None:
-                self._publish_depth(image)
+            self._seeing.take_depth(lambda: frame, arrived)
             self._request_colour()
-        elif self._colour_wanted():
-            self._publish_colour(frame, arrived)
+        elif self._seeing.colour_wanted:
+            self._seeing.take_colour(lambda: frame, arrived)
 
-    def _publish_depth(self, image: DepthImage) -> None:
-        image = self.stamped(image)
-        frame_id, stamp = image.frame_id, image.stamp
-        self._depth_info.publish(camera_info_to_ros(image.camera, frame_id, stamp))
-        self._depth.publish(depth_to_ros(image))
-        if self._raw.get_subscription_count():
-            self._raw.publish(millimetres_to_ros(millimetres_from_metres(image.depth), frame_id, stamp))
-        if self._points.get_subscription_count():
-            points = depth_to_points(image.depth, image.camera)
-            self._points.publish(points_to_ros(points, frame_id, stamp))
+    def _raw_to_ros(self, raw: Millimetres) -> Image:
+        return millimetres_to_ros(raw.depth, raw.frame_id, self.stamp(raw.stamp))
 
-    def _publish_colour(self, frame: VideoFrame, arrived: float) -> None:
-        colour = self._driver.colour(frame, arrived)
-        if self._colour.get_subscription_count() + self._colour_info.get_subscription_count():
-            stamp = self.stamp(colour.stamp)
-            self._colour_info.publish(camera_info_to_ros(colour.camera, colour.frame_id, stamp))
-            self._colour.publish(colour_to_ros(self.stamped(colour)))
-        wanted = [publisher for publisher in self._coloured if publisher.get_subscription_count()]
-        coloured = self._driver.coloured_points(colour) if wanted else None
-        if coloured is not None:
-            image, points = coloured
-            message = points_to_ros(points, image.frame_id, self.stamp(image.stamp))
-            for publisher in wanted:
-                publisher.publish(message)
-
-    def _colour_wanted(self) -> bool:
-        publishers = (self._colour, self._colour_info, *self._coloured)
-        return any(publisher.get_subscription_count() for publisher in publishers)
+    def _points_to_ros(self, cloud: Points) -> PointCloud2:
+        return points_to_ros(cloud.points, cloud.frame_id, self.stamp(cloud.stamp))
 
     def _request_colour(self) -> None:
         """Have no colour images made and sent for nobody."""
-        wanted, source = self._colour_wanted(), self._connection.device
+        wanted, source = self._seeing.colour_wanted, self._connection.device
         if source is None or wanted == self._colour_requested:
             return
         try:
@@ -178,28 +135,9 @@ class KinectNode(FlorenceNode):
         except DeviceError as error:
             self._connection.lose(error)
 
-    def _diagnose(self, now: float) -> Diagnosis:
-        values = {
-            "Source": self._settings.source,
-            "Frequency": f"{self._driver.rate(now):.2f}",
-            "Depth Images": str(self._driver.depth_images),
-            "Times Lost": str(self._connection.lost),
-        }
-        if self._connection.problem:
-            return Diagnosis(Severity.ERROR, self._connection.problem, values)
-        if self._driver.silent(now):
-            return Diagnosis(Severity.ERROR, "no depth images arrive", values)
-        if self._driver.blind:
-            return Diagnosis(Severity.WARN, BLIND, values)
-        return Diagnosis(Severity.OK, "depth images arrive", values)
-
-    def _report(self) -> None:
-        now = self.timebase.now()
-        found = {"Kinect": self._diagnose(now)}
-        self._diagnostics.publish(
-            diagnostics_to_ros(found, self.get_name(), self._settings.source, self.stamp())
-        )
-        if self._driver.silence(self._opened, now) > self._settings.reopen_timeout_s:
+    def _check(self) -> None:
+        """Open a source again that is open and sends nothing."""
+        if self._driver.silence(self._opened, self.timebase.now()) > self._settings.reopen_timeout_s:
             self._connection.lose(
                 DeviceTimeout(
                     f"no depth image for {self._settings.reopen_timeout_s:g} s: the Kinect is opened again"

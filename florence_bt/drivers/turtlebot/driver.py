@@ -47,6 +47,7 @@ from florence_bt.drivers.turtlebot.sequences import (
     streamed_packets,
 )
 from florence_bt.drivers.turtlebot.tune import play_notes, play_tune
+from florence_bt.drivers.turtlebot.wheels import WheelSpeeds
 
 STREAM_PERIOD_S = 0.015
 RECOVERY_PERIOD_S = 2.0
@@ -210,6 +211,11 @@ class TurtlebotDriver:
     def starting(self) -> bool:
         """Whether a start-up or change of mode is under way."""
         return self._sequence.busy
+
+    @property
+    def wheels(self) -> WheelSpeeds:
+        """The speeds that the base was sent last."""
+        return self._drive.wheels
 
     @property
     def digital_outputs(self) -> int:
@@ -382,11 +388,25 @@ class TurtlebotDriver:
         for later_frames, frame in zip(reversed(range(len(frames))), frames, strict=True):
             # Frames that came together were measured one period apart.
             stamp = max(self._last_stamp, now - later_frames * STREAM_PERIOD_S)
-            reading = self._read(frame, stamp)
+            reading = self._read(self._measure(frame, stamp), stamp)
             self._last_stamp = stamp
             if reading is not None:
                 readings.append(reading)
         return readings
+
+    def measured(self, state: SensorState, now: float) -> BaseReading | None:
+        """Take what the base has measured as values, in place of the bytes of a frame.
+
+        Args:
+            state: All sensors; distance and angle are those since the last call.
+            now: When they came, in seconds.
+
+        Returns:
+            The reading; None for the very first, as of :meth:`receive`, and for one that cannot be.
+        """
+        self._hold_ups.note(now)
+        self._last_frame = self._last_stamp = now
+        return self._read(self._with_fractions(state, now) if self._encoders is None else state, now)
 
     def poll(self, now: float) -> bytes:
         """Return what to send to the base now, often nothing.
@@ -494,8 +514,8 @@ class TurtlebotDriver:
             return "and nothing else: is it still switched on, and its cable in place?"
         return "and nothing else: is it switched on, and is it the right port?"
 
-    def _read(self, values: dict[int, int], stamp: float) -> BaseReading | None:
-        state = self._state = self._measure(values, stamp)
+    def _read(self, state: SensorState, stamp: float) -> BaseReading | None:
+        self._state = state
         self._drive.acknowledgement.look(state, stamp)
         self._judge(state, stamp)
         if not self._first_frame_dropped:

@@ -1,21 +1,16 @@
-"""The manual override on ROS: who switches it, what the base makes of it, and who may end it."""
+"""The manual override: who switches it, what the base makes of it, and who may end it."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import NamedTuple
-
-from florence_interfaces.msg import ManualOverride
-from florence_interfaces.srv import ReleaseOverride
-from std_msgs.msg import Bool
 
 from florence_bt.core.clock import call_every
 from florence_bt.core.errors import ConfigError
+from florence_bt.core.ports import Delivery, Fields, Ports, Service, Topic
 from florence_bt.core.topic_names import MANUAL_OVERRIDE, OVERRIDE_STATE, RELEASE_OVERRIDE, SWITCH_OVERRIDE
 from florence_bt.drivers.turtlebot.override_file import OverrideFile
-from florence_bt.ros.conversions import stamp_to_ros
-from florence_bt.ros.node import FlorenceNode
-from florence_bt.ros.qos import LATCHED, RELIABLE
 
 BEAT_S = 0.5
 """Seconds between two messages on the override's state: whoever shows it knows by their absence that it is
@@ -38,11 +33,39 @@ class BaseWord(NamedTuple):
     problem: str
 
 
+@dataclass(frozen=True, slots=True)
+class OverrideState:
+    """How override and base stand, as ``florence_interfaces/ManualOverride`` has it; see there."""
+
+    on: bool
+    stops: int
+    sent_at: float
+    switched_on: float
+    standing: bool
+    driven_by_hand: bool
+    problem: str
+
+
+@dataclass(frozen=True, slots=True)
+class ReleaseRequest:
+    """The request of ``florence_interfaces/ReleaseOverride``; see there."""
+
+    stops: int
+    pressed_at: float
+    by: str
+
+
+FLAG = Topic(MANUAL_OVERRIDE, bool, Delivery.LATCHED)
+STATE = Topic(OVERRIDE_STATE, OverrideState, Delivery.LATCHED, "florence_interfaces/msg/ManualOverride")
+SWITCH = Topic(SWITCH_OVERRIDE, bool)
+RELEASE = Service(RELEASE_OVERRIDE, "florence_interfaces/srv/ReleaseOverride", ReleaseRequest)
+
+
 class OverrideSwitch:
     """Switches the manual override of a base, keeps it in a file, and says how it stands.
 
     Args:
-        node: Its topics and its service are this node's.
+        ports: Its connections.
         file: Keeps it over restarts.
         switch: Gives the base to a person (true) or back; the wheels have a zero when it returns.
         base: What the base says.
@@ -53,34 +76,36 @@ class OverrideSwitch:
 
     def __init__(
         self,
-        node: FlorenceNode,
+        ports: Ports,
         file: OverrideFile,
         switch: Callable[[bool], None],
         base: Callable[[], BaseWord],
     ) -> None:
-        self._node = node
+        self._ports = ports
         self._file = file
         self._switch = switch
         self._base = base
         self.on = file.is_on()
         self._stops = int(self.on)
-        self._flag = node.create_publisher(Bool, MANUAL_OVERRIDE, LATCHED)
-        self._state = node.create_publisher(ManualOverride, OVERRIDE_STATE, LATCHED)
+        self._flag, self._state = ports.output(FLAG), ports.output(STATE)
         self._tell()
-        self._commands = node.create_subscription(Bool, SWITCH_OVERRIDE, self._on_switch, RELIABLE)
-        node.create_service(ReleaseOverride, RELEASE_OVERRIDE, self._on_release)
-        self._beating = call_every(node.steady, BEAT_S, self.tell_state)
-        node.on_close(self._beating.cancel)
+        ports.listen(SWITCH, self._take_switch)
+        ports.serve(RELEASE, self._answer_release)
+        self._beating = call_every(ports.steady, BEAT_S, self.tell_state)
+
+    def close(self) -> None:
+        """Tell nothing more."""
+        self._beating.cancel()
 
     def tell_state(self) -> None:
         """Say how the override and the base stand now."""
         standing, by_hand, problem = self._base()
-        self._state.publish(
-            ManualOverride(
+        self._state.send(
+            OverrideState(
                 on=self.on,
                 stops=self._stops,
-                sent_at=self._node.steady.now(),
-                switched_on=stamp_to_ros(self._file.switched_on),
+                sent_at=self._ports.steady.now(),
+                switched_on=self._file.switched_on,
                 standing=standing,
                 driven_by_hand=by_hand,
                 problem=problem,
@@ -88,11 +113,11 @@ class OverrideSwitch:
         )
 
     def _tell(self) -> None:
-        self._flag.publish(Bool(data=self.on))
+        self._flag.send(self.on)
         self.tell_state()
 
-    def _on_switch(self, message: Bool) -> None:
-        if message.data:
+    def _take_switch(self, on: bool) -> None:
+        if on:
             self.stop()
         elif self.on:
             self.release()
@@ -106,7 +131,7 @@ class OverrideSwitch:
         self._switch(True)
         self._tell()
         if news:
-            self._node.get_logger().warning("manual override on: the base obeys manual_cmd_vel only")
+            self._ports.tell("manual override on: the base obeys manual_cmd_vel only", good=False)
             self._keep()
             self.tell_state()
 
@@ -115,28 +140,27 @@ class OverrideSwitch:
         self.on = False
         self._switch(False)
         self._tell()
-        self._node.get_logger().warning(f"manual override off{by}: the base obeys velocity commands again")
+        self._ports.tell(f"manual override off{by}: the base obeys velocity commands again", good=False)
         self._keep()
 
     def _keep(self) -> None:
         try:
             self._file.keep(self.on)
         except ConfigError as error:
-            self._node.get_logger().error(str(error))
+            self._ports.tell(str(error), good=False)
 
-    def _on_release(
-        self, request: ReleaseOverride.Request, response: ReleaseOverride.Response
-    ) -> ReleaseOverride.Response:
-        late = self._node.steady.now() - request.pressed_at
+    def _answer_release(self, request: ReleaseRequest) -> Fields:
+        refusal = self._objection(request)
+        if refusal:
+            return {"success": False, "message": f"not released: {refusal}; look, then release it again"}
         if not self.on:
-            response.success, response.message = True, "the manual override is off already"
-        elif request.stops != self._stops:
-            response.message = (
-                "not released: somebody has stopped the robot since; look, then release it again"
-            )
-        elif not 0.0 <= late <= LATE_S:
-            response.message = "not released: this came too late; look, then release it again"
-        else:
-            self.release(f", by {request.by}" if request.by else "")
-            response.success, response.message = True, "the manual override is off: missions may start again"
-        return response
+            return {"success": True, "message": "the manual override is off already"}
+        self.release(f", by {request.by}" if request.by else "")
+        return {"success": True, "message": "the manual override is off: missions may start again"}
+
+    def _objection(self, request: ReleaseRequest) -> str:
+        """Say why the override stays on, empty when it may end or has."""
+        if self.on and request.stops != self._stops:
+            return "somebody has stopped the robot since"
+        late = self._ports.steady.now() - request.pressed_at
+        return "this came too late" if self.on and not 0.0 <= late <= LATE_S else ""

@@ -13,8 +13,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from florence_bt.core import topic_names
-from florence_bt.core.clock import ManualClock, call_every
+from florence_bt.core.clock import ManualClock
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.sensing import LaserScan, OccupancyGrid
 from florence_bt.core.topics import FOUND, MAP, FoundUser
@@ -49,8 +48,6 @@ from florence_bt.skills.navigation.navigate.navigator import FEET, Navigator
 from florence_bt.trees.language.declarations import collect_declarations
 from florence_bt.trees.language.loader import MissionLibrary
 
-BATTERY_PERIOD_S = 1.0
-"""As of the base's driver."""
 T = TypeVar("T")
 FEET_SCAN = next(topic for topic, source in SCANS.items() if source == FEET)
 SETTLE_S = 2.0
@@ -112,7 +109,7 @@ class Rig:
         wires: They connect the components.
         found: Where looks for a person have found one so far, in the map frame.
         scan: What the laser saw last, filtered; None before its first scan.
-        charge_fraction: How full the battery is, 0 to 1; it stays as it is set.
+        robot: Its hardware.
     """
 
     def __init__(self, setting: RigSetting) -> None:
@@ -127,7 +124,7 @@ class Rig:
             setting.config,
             self.clock,
             seed=setting.seed,
-            ports=self.wires.ports("turtlebot_node"),
+            wires=self.wires,
         )
         self._frames = self.wires.ports("viewer").listen_to_frames()
         self._first_pose = setting.believed or start
@@ -148,8 +145,6 @@ class Rig:
         connect_voice(self.wires)
         connect_approach(self.wires, setting.config)
         skills = rig_skills(self.wires, setting.seed)
-        self.charge_fraction = 1.0
-        call_every(self.clock, BATTERY_PERIOD_S, self._publish_battery)
         self.executor = Executor(
             setting.missions or MissionLibrary.load(),
             skills,
@@ -220,6 +215,3 @@ class Rig:
 
     def _note_found(self, user: FoundUser) -> None:
         self.found.append(Pose2(user.user_position_x, user.user_position_y))
-
-    def _publish_battery(self) -> None:
-        self.topics[topic_names.BATTERY_STATE].publish(percentage=self.charge_fraction)

@@ -330,16 +330,21 @@ class Wires:
         for name in self._links.keys() - known:
             raise ConfigError(f"nothing is carried on {name!r}", valid=closest_first(name, known))
 
-    def ports(self, node: str) -> WiredPorts:
-        """Make the ports of a component that has the name of its node."""
-        return WiredPorts(self, node)
+    def ports(self, node: str, renamed: Mapping[str, str] | None = None) -> WiredPorts:
+        """Make the ports of a component.
+
+        Args:
+            node: The name of its node.
+            renamed: Topics of the component that are others here, as by the remappings of ROS.
+        """
+        return WiredPorts(self, node, renamed or {})
 
 
 class WiredPorts:
     """The ports of one component in the rig."""
 
-    def __init__(self, wires: Wires, node: str) -> None:
-        self._wires, self._node = wires, node
+    def __init__(self, wires: Wires, node: str, renamed: Mapping[str, str]) -> None:
+        self._wires, self._node, self._renamed = wires, node, renamed
         self.clock = self.steady = wires.clock
 
     def output(self, topic: Topic[T]) -> _WiredOutput[T]:
@@ -358,7 +363,7 @@ class WiredPorts:
         return wire
 
     def _whole(self, name: str) -> str:
-        return name.replace("~", self._node)
+        return self._renamed.get(name, name).replace("~", self._node)
 
     def listen_to_frames(self, *, moving: bool = True) -> _WiredFrames:
         """Keep where all frames are."""

@@ -8,12 +8,12 @@ import math
 import numpy as np
 import pytest
 
+from florence_bt.core.base_stop import BaseStop
 from florence_bt.core.geometry import STANDSTILL, Pose2, Twist2, angle_difference
 from florence_bt.core.outcome import Outcome, Result
 from florence_bt.skills.navigation.navigate.approach import way_round
 from florence_bt.skills.navigation.navigate.drive_actions import ApproachMeGoal
 from florence_bt.skills.navigation.navigate.personal_space import NEAREST_M, keep_off
-from florence_bt.skills.navigation.navigate.results import BaseStop
 from tests.unit.skills.navigation_world import WALLS, Box, Trip, cast
 
 Point = tuple[float, float]

@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 
+from florence_bt.core.base_stop import BaseStop
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import STANDSTILL, Pose2, Twist2, integrate_twist
 from florence_bt.core.sensing import LaserScan
@@ -20,7 +21,6 @@ from florence_bt.skills.navigation.navigate.driven_way import DrivenWay
 from florence_bt.skills.navigation.navigate.parameters import RecoveryParameters
 from florence_bt.skills.navigation.navigate.people import People
 from florence_bt.skills.navigation.navigate.recovery import ProgressWatch
-from florence_bt.skills.navigation.navigate.results import BaseStop
 from florence_bt.skills.navigation.navigate.spin import Spin, SpinParameters
 from florence_bt.skills.navigation.navigate.state import CycleState
 

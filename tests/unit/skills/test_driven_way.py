@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from florence_bt.core.base_stop import BaseStop
 from florence_bt.core.geometry import STANDSTILL, FramedPose, Pose2, Twist2, integrate_twist
 from florence_bt.skills.navigation.navigate.clearance import Clearance
 from florence_bt.skills.navigation.navigate.contact import BackUp
@@ -15,7 +16,6 @@ from florence_bt.skills.navigation.navigate.costmap import Costmap, CostmapParam
 from florence_bt.skills.navigation.navigate.drive_actions import PoseGoal, SpinGoal
 from florence_bt.skills.navigation.navigate.driven_way import DrivenWay
 from florence_bt.skills.navigation.navigate.parameters import RecoveryParameters
-from florence_bt.skills.navigation.navigate.results import BaseStop
 from florence_bt.skills.navigation.navigate.state import CycleState
 from tests.sweeps import examples
 from tests.unit.skills.navigation_world import WALLS, Box, Trip, World, ahead, outline

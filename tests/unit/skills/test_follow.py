@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from florence_bt.core.base_stop import BaseStop
 from florence_bt.core.geometry import STANDSTILL, Pose2, Twist2
 from florence_bt.core.outcome import Outcome, Result
 from florence_bt.core.sensing import Odometry
@@ -26,7 +27,6 @@ from florence_bt.skills.navigation.navigate.people_tracks import PeopleTracks
 from florence_bt.skills.navigation.navigate.person_belief import PersonBelief
 from florence_bt.skills.navigation.navigate.person_track import PersonTrack
 from florence_bt.skills.navigation.navigate.person_trail import PersonTrail
-from florence_bt.skills.navigation.navigate.results import BaseStop
 from florence_bt.skills.navigation.navigate.search import Search
 from florence_bt.skills.navigation.navigate.state import CycleResult
 from tests.unit.skills.navigation_world import WALLS, Box, Trip, cast, make_map

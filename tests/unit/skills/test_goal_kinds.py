@@ -9,6 +9,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from florence_bt.core.base_stop import BaseStop
 from florence_bt.core.geometry import FramedPose, Pose2, angle_difference
 from florence_bt.core.outcome import Outcome, Result
 from florence_bt.skills.navigation.navigate.bindings import PRECISE
@@ -20,7 +21,6 @@ from florence_bt.skills.navigation.navigate.drive_actions import (
 )
 from florence_bt.skills.navigation.navigate.navigator import Navigator
 from florence_bt.skills.navigation.navigate.planner import Plan
-from florence_bt.skills.navigation.navigate.results import BaseStop
 from tests.unit.skills.navigation_world import WALLS, Trip, ahead, make_map
 
 

@@ -8,6 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from florence_bt.core.base_stop import BaseStop
 from florence_bt.core.geometry import Pose2, Twist2
 from florence_bt.core.outcome import Outcome
 from florence_bt.core.sensing import OccupancyGrid
@@ -18,7 +19,6 @@ from florence_bt.skills.navigation.navigate.people_tracks import PeopleTracks
 from florence_bt.skills.navigation.navigate.person_track import PersonTrack
 from florence_bt.skills.navigation.navigate.person_trail import PersonTrail
 from florence_bt.skills.navigation.navigate.personal_space import NEAREST_M, keep_off
-from florence_bt.skills.navigation.navigate.results import BaseStop
 from florence_bt.skills.navigation.navigate.vacated_cells import VacatedCells
 
 # ---- error codes (REFERENCE 7.9) -----------------------------------------------------------------------

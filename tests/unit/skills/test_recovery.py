@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from florence_bt.core.base_stop import BaseStop
 from florence_bt.core.geometry import FramedPose, Pose2
 from florence_bt.core.outcome import Result
 from florence_bt.core.sensing import LaserScan
@@ -26,7 +27,6 @@ from florence_bt.skills.navigation.navigate.recovery import (
     LostTime,
     RecoveryBehaviour,
 )
-from florence_bt.skills.navigation.navigate.results import BaseStop
 from tests.unit.skills.navigation_world import WALLS, Box, Trip, World
 from tools.recovery_page import as_mermaid, as_table
 

@@ -66,6 +66,7 @@ class SensorState:
         main_brush_current: Create 2: mA.
         side_brush_current: Create 2: mA.
         stasis: Create 2: bits; 0 the front wheel turns.
+        stamp: When it arrived, seconds; told with what is published.
     """
 
     bumps_wheeldrops: int = 0
@@ -121,6 +122,7 @@ class SensorState:
     main_brush_current: int = 0
     side_brush_current: int = 0
     stasis: int = 0
+    stamp: float = 0.0
 
     @property
     def cliff(self) -> bool:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections import deque
 
+from florence_bt.core.base_stop import BaseStop
 from florence_bt.core.geometry import STANDSTILL, Pose2, Twist2
 from florence_bt.core.outcome import Result
 from florence_bt.skills.navigation.navigate.parameters import RecoveryParameters
-from florence_bt.skills.navigation.navigate.results import BaseStop
 from florence_bt.skills.navigation.navigate.state import Costmaps, CycleState
 
 _GET_OFF_TIME_S = 2.0

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from florence_bt.core import topic_names
+from florence_bt.core.base_stop import BaseStop
 from florence_bt.core.clock import Timer, call_every
 from florence_bt.core.geometry import STANDSTILL, FramedPath, FramedPose, Pose2, Twist2
 from florence_bt.core.limits import CheckedParameters, NotNegative, Positive
@@ -22,7 +23,7 @@ from florence_bt.core.outcome import Outcome, Result, cancelled, failure
 from florence_bt.core.ports import Action, Delivery, Fields, Goals, NoFields, Output, Ports, Service, Topic
 from florence_bt.core.sensing import LaserScan, OccupancyGrid, Odometry
 from florence_bt.core.topic_names import MANUAL_OVERRIDE
-from florence_bt.core.topics import GLOBAL_COSTMAP, MAP, ODOMETRY, ZONES
+from florence_bt.core.topics import BASE_STOP, GLOBAL_COSTMAP, MAP, ODOMETRY, ZONES
 from florence_bt.core.transforms import TransformUnavailable
 from florence_bt.core.zones import Zone
 from florence_bt.skills.navigation.localisation.scan_queue import ScanQueue
@@ -37,7 +38,7 @@ from florence_bt.skills.navigation.navigate.navigator import FEET, Navigator
 from florence_bt.skills.navigation.navigate.parameters import NavigatorParameters
 from florence_bt.skills.navigation.navigate.people_frames import see_people
 from florence_bt.skills.navigation.navigate.planner import Plan
-from florence_bt.skills.navigation.navigate.results import NO_MAP, NO_POSE, PLAN_SERVER_CODES, BaseStop
+from florence_bt.skills.navigation.navigate.results import NO_MAP, NO_POSE, PLAN_SERVER_CODES
 from florence_bt.skills.navigation.navigate.state import CycleResult
 
 _FEEDBACK_PERIOD_S = 0.5
@@ -99,7 +100,6 @@ class PlanGoal:
     start: FramedPose | None = None
 
 
-BASE_STOP = Topic(topic_names.STOP_REASON, BaseStop, Delivery.LATCHED, "florence_interfaces/msg/StopReason")
 SCANS = {
     topic_names.FILTERED_SCAN: "scan",
     topic_names.FILTERED_KINECT_SCAN: "depth",

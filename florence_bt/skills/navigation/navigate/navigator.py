@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
+from florence_bt.core.base_stop import BaseStop
 from florence_bt.core.geometry import STANDSTILL, Point2, Pose2, Twist2, integrate_twist
 from florence_bt.core.outcome import Outcome, Result, cancelled, failure
 from florence_bt.core.sensing import LaserScan, OccupancyGrid, Odometry
@@ -37,7 +38,6 @@ from florence_bt.skills.navigation.navigate.map_difference import MapDifference
 from florence_bt.skills.navigation.navigate.parameters import NavigatorParameters
 from florence_bt.skills.navigation.navigate.people_tracks import PeopleTracks
 from florence_bt.skills.navigation.navigate.planner import Plan, plan_path
-from florence_bt.skills.navigation.navigate.results import BaseStop
 from florence_bt.skills.navigation.navigate.state import Costmaps, CycleResult, CycleState, Feedback
 from florence_bt.skills.navigation.navigate.tight_ways import TightWays
 from florence_bt.skills.navigation.navigate.vacated_cells import VacatedCells, clear_person

@@ -3,16 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
 
+from florence_bt.core.base_stop import HELD, TOUCHES
 from florence_bt.core.outcome import Outcome, Result, cancelled, failure, success
-
-HELD = ("wheel_drop", "overcurrent", "no_response", "charger", "battery")
-"""What keeps the base from every motion, a goal ends at once (codes of florence_interfaces/StopReason)."""
-
-TOUCHES = ("bumper", "cliff", "dock")
-"""What keeps the base from driving forward; a drive backs off first, a turn in place is not touched by it."""
 
 NO_POSE = "the robot does not know where it is in the map"
 NO_MAP = "there is no map yet; the map server publishes it on 'map'"
@@ -158,32 +152,3 @@ def result_from_server(
         return cancelled(text or "cancelled on request")
     code = codes.get(number, unknown)
     return failure(code, text or f"{skill} failed with error code {number}")
-
-
-@dataclass(frozen=True, slots=True)
-class BaseStop:
-    """The reason why the base is held.
-
-    Codes that are neither of the two kinds below pass by themselves, such as a gyro that is calibrated.
-
-    Attributes:
-        code: One word, empty when nothing holds it.
-        text: A sentence that names the sensor.
-    """
-
-    code: str = ""
-    text: str = ""
-
-    @property
-    def holds_all(self) -> bool:
-        """Whether no motion is possible: a goal ends at once."""
-        return self.code in HELD
-
-    @property
-    def holds_forward(self) -> bool:
-        """Whether the base can still back off and turn."""
-        return self.code in TOUCHES
-
-    def failure(self, text: str = "") -> Result:
-        """End a goal because of it, with another text than its own where one is given."""
-        return failure(self.code, text or self.text)

@@ -31,7 +31,6 @@ from florence_bt.core.ports import (
     Ports,
     Service,
     Topic,
-    pictures,
 )
 from florence_bt.core.sensing import (
     CameraModel,
@@ -41,7 +40,7 @@ from florence_bt.core.sensing import (
     OccupancyGrid,
     TrackedUser,
 )
-from florence_bt.core.topics import DEPTH, FOUND, MAP, FoundUser
+from florence_bt.core.topics import COLOUR, DEPTH, FOUND, MAP, FoundUser
 from florence_bt.core.transforms import Transform3, TransformTooOld, TransformUnavailable
 from florence_bt.skills.people.user_tracker.bindings import LOOK_CODES_BY_NUMBER
 from florence_bt.skills.people.user_tracker.body_scan import body_scan
@@ -153,7 +152,6 @@ def _fields_of(result: Result, pictures: int) -> dict[str, Any]:
     return {"found": True, "error_code": 0, "error_msg": "", "pictures": pictures, **place, **result.outputs}
 
 
-COLOUR = pictures(topic_names.COLOUR_IMAGE, ColourImage)
 SCAN = Topic(topic_names.FILTERED_SCAN, LaserScan, Delivery.SENSOR)
 USERS = Topic(topic_names.ALL_TRACKED_USERS, UserIds, interface="florence_interfaces/msg/TrackedUsers")
 PRESENT_USERS = Topic(topic_names.TRACKED_USERS, UserIds, interface="florence_interfaces/msg/TrackedUsers")

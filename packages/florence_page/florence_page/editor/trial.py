@@ -155,7 +155,7 @@ class Trial:
                 "code": run.code,
                 "reason": run.reason,
             },
-            "state": {"battery": round(100 * rig.charge_fraction), "said": self._said},
+            "state": {"battery": round(100 * rig.robot.base.charge_fraction), "said": self._said},
             "seconds": round(rig.clock.now() - self._began, 1),
             **(_final_tree(run) if run.status.final else self._tree_parts()),
         }
