@@ -19,6 +19,8 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
+from florence_sweep.best_case import BestCase, best_case
+
 from florence_bt.app.bringup.config import load_config
 from florence_bt.app.bringup.options import ABSENT
 from florence_bt.app.demo.rigs import make_rig
@@ -32,7 +34,6 @@ from florence_bt.simulation.home.person import PersonSpec
 from florence_bt.simulation.home.situations import company_in, person_in, room_with_decoy
 from florence_bt.simulation.rig.components import navigator_parameters
 from florence_bt.simulation.rig.wires import EVERY, Link
-from tools.best_case import BestCase, best_case
 from tools.processes import processes
 from tools.tables import RowTable, command_of, table
 

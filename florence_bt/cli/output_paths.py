@@ -18,10 +18,10 @@ class OutputPath(click.ParamType):
         folder: Whether it is a folder.
     """
 
-    name = "path"
-
     def __init__(self, *, folder: bool = False) -> None:
         self._folder = folder
+        # Typer has a Click of its own, to which this is a function: its help shows the function's name.
+        self.name = self.__name__ = "folder" if folder else "file"
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
         """Return the path.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.metadata
+import shlex
 
 from florence_bt.core.paths import PACKAGE, share_folder
 
@@ -17,7 +18,11 @@ EXTRAS = {
     "test": ("pytest",),
 }
 """Extra of the distribution -> the modules that come with it."""
-PACKAGES = {"florence-page": ("florence_page", "nicegui", "fastapi", "starlette")}
+PACKAGES = {
+    "florence-page": ("florence_page", "nicegui", "fastapi", "starlette"),
+    "florence-sweep": ("florence_sweep",),
+    "florence-sweep[dask]": ("distributed",),
+}
 """Distributions beside it -> the modules that come with them. What is in neither is of ROS."""
 OWN_INTERFACES = ("florence_interfaces", "nav2_msgs", "py_trees_ros_interfaces", "tf2_msgs")
 """Interface packages that no package index has; their definitions come with Florence."""
@@ -36,7 +41,7 @@ def how_to_get(module: str) -> str:
         return "make setup"
     beside = next((package for package, modules in PACKAGES.items() if name in modules), "")
     if beside:
-        return f"pip install {beside}"
+        return f"pip install {shlex.quote(beside)}"
     if extra:
         return f"pip install '{DISTRIBUTION}[{extra}]'"
     if not _installed_by_pip():

@@ -63,7 +63,7 @@ def test_the_program_runs_in_the_install_space(workspace: Path, tmp_path: Path) 
     assert "BehaviorTree.CPP" in shell(tmp_path, f"{run} import --help")
 
 
-@pytest.mark.parametrize("package", ["florence_bt", "florence_btcpp", "florence_page"])
+@pytest.mark.parametrize("package", ["florence_bt", "florence_btcpp", "florence_page", "florence_sweep"])
 def test_the_install_space_has_each_package(workspace: Path, package: str) -> None:
     share = workspace / "install" / package / "share"
     assert (share / "ament_index/resource_index/packages" / package).is_file()

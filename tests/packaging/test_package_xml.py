@@ -38,6 +38,7 @@ FROM_PIP = {
     "starlette",
     "uvicorn",
     "h11",
+    "distributed",
 }
 """rosdep has no keys for these."""
 
@@ -54,7 +55,9 @@ def imported(package: Path) -> set[str]:
     return {name.partition(".")[0] for name in names} - sys.stdlib_module_names - {package.name}
 
 
-@pytest.mark.parametrize("place", [".", "packages/florence_btcpp", "packages/florence_page"])
+@pytest.mark.parametrize(
+    "place", [".", "packages/florence_btcpp", "packages/florence_page", "packages/florence_sweep"]
+)
 def test_everything_imported_is_named(place: str) -> None:
     file = ROOT / place / "package.xml"
     tree = ET.parse(file)

@@ -17,6 +17,7 @@ ROOT = Path(__file__).parents[2]
 MAP = str(ROOT / "maps" / "flat.yaml")
 READS = {
     "--base-frame",
+    "--beside",
     "--config",
     "--continue",
     "--folder",
@@ -137,3 +138,9 @@ def test_every_option_of_a_path_is_written_to_by_that_function_or_only_read():
             if is_path and not isinstance(each.type, OutputPath) and each.opts[-1] not in READS:
                 left.add((name, each.opts[-1]))
     assert left == {("logs", "--out")}, "which is where they were written to"
+
+
+def test_help_says_whether_a_file_or_a_folder_is_written():
+    helped = {verb: CliRunner().invoke(app, [verb, "--help"]).output for verb in ("report", "init")}
+    assert not [verb for verb, text in helped.items() if "function" in text]
+    assert "<file>" in CliRunner().invoke(app, ["test", "--help"]).output

@@ -16,7 +16,8 @@ from florence_bt.simulation.home.build_map import hotspots_yaml, laser_map
 from florence_bt.simulation.home.flat import Flat, load_flat
 from florence_bt.simulation.home.person import PersonSpec
 from florence_bt.simulation.rig.components import Config, parameters_of
-from florence_bt.simulation.rig.rig import Rig, RigSetting
+from florence_bt.simulation.rig.rig import Rig, RigSetting, SkillChange
+from florence_bt.simulation.rig.robot import USUAL_QUALITY, SensorQuality
 from florence_bt.simulation.rig.wires import Link
 from florence_bt.skills.locator.hotspots import Hotspots, parse_hotspots
 from florence_bt.skills.navigation.mapping.growing_map import MapMaker
@@ -39,6 +40,8 @@ def make_rig(
     hotspots: Hotspots | None = None,
     missions: MissionLibrary | None = None,
     links: Mapping[str, Link] | None = None,
+    quality: SensorQuality = USUAL_QUALITY,
+    change_skills: SkillChange = lambda skills, clock: skills,
 ) -> Rig:
     """Make a rig of a home with its map and hotspots.
 
@@ -58,6 +61,8 @@ def make_rig(
         hotspots: The rooms; those of the home when not given.
         missions: The missions; those of this installation when not given.
         links: How well topics are carried, by name; perfectly when not given.
+        quality: How good the sensors are.
+        change_skills: Given the skills and the clock, returns those that missions get.
 
     Raises:
         ConfigError: There is no such room or situation.
@@ -95,6 +100,8 @@ def make_rig(
             map_maker=_map_maker(config) if mapping else None,
             missions=missions,
             links=links or {},
+            quality=quality,
+            change_skills=change_skills,
         )
     )
 

@@ -17,7 +17,7 @@ from florence_bt.drivers.turtlebot.driving import BaseDriving
 from florence_bt.drivers.turtlebot.override_file import OverrideFile
 from florence_bt.drivers.turtlebot.parameters import TurtlebotNodeParameters, TurtlebotParameters
 from florence_bt.simulation.home.world import SimulatedWorld
-from florence_bt.simulation.sensors.base_noise import BaseSensors
+from florence_bt.simulation.sensors.base_noise import BaseNoiseParameters, BaseSensors
 
 CAPACITY_MAH, VOLTAGE_MV, CURRENT_MA, TEMPERATURE_C = 2702, 16_000, -600, 25
 """Of the battery: that of a Create that drives (REFERENCE 1.4)."""
@@ -33,12 +33,14 @@ class SimulatedBase:
         problem: None, in words.
     """
 
-    def __init__(self, world: SimulatedWorld, driver: TurtlebotDriver, clock: ManualClock, seed: int) -> None:
+    def __init__(
+        self, world: SimulatedWorld, driver: TurtlebotDriver, clock: ManualClock, sensors: BaseSensors
+    ) -> None:
         self.charge_fraction = 1.0
         self.reading: BaseReading | None = None
         self.device, self.problem = self, ""
         self._world, self._driver, self._clock = world, driver, clock
-        self._sensors = BaseSensors(world, seed)
+        self._sensors = sensors
         driver.start(clock.now())
 
     def works(self) -> None:
@@ -89,6 +91,7 @@ def connect_base(
     clock: ManualClock,
     *,
     seed: int,
+    noise: BaseNoiseParameters | None = None,
 ) -> SimulatedBase:
     """Connect the base, and return what simulates it.
 
@@ -99,9 +102,10 @@ def connect_base(
         settings: The component's.
         clock: Drives it.
         seed: Start of its noise.
+        noise: How wrong its sensors are.
     """
     driver = TurtlebotDriver(parameters)
-    base = SimulatedBase(world, driver, clock, seed)
+    base = SimulatedBase(world, driver, clock, BaseSensors(world, seed, noise))
     driving = BaseDriving(ports, driver, base, settings, OverrideFile(None))
     call_every(clock, STREAM_PERIOD_S, lambda: driving.take(base.measure()))
     return base

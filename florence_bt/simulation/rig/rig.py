@@ -5,7 +5,7 @@ The same seed gives the same run, bit for bit, many times faster than real time.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TypeVar
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from florence_bt.core.clock import ManualClock
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.sensing import LaserScan, OccupancyGrid
+from florence_bt.core.skill import Skill
 from florence_bt.core.topics import FOUND, MAP, FoundUser
 from florence_bt.core.transforms import TransformBuffer, TransformUnavailable
 from florence_bt.runtime.executor import Executor
@@ -36,7 +37,7 @@ from florence_bt.simulation.rig.components import (
     connect_user_tracking,
     connect_voice,
 )
-from florence_bt.simulation.rig.robot import BASE_FRAME, MAP_FRAME, RigRobot
+from florence_bt.simulation.rig.robot import BASE_FRAME, MAP_FRAME, USUAL_QUALITY, RigRobot, SensorQuality
 from florence_bt.simulation.rig.skills import rig_skills
 from florence_bt.simulation.rig.wires import Link, Wires
 from florence_bt.skills.locator.hotspots import Hotspots
@@ -49,6 +50,7 @@ from florence_bt.trees.language.declarations import collect_declarations
 from florence_bt.trees.language.loader import MissionLibrary
 
 T = TypeVar("T")
+SkillChange = Callable[[dict[str, Skill], ManualClock], dict[str, Skill]]
 FEET_SCAN = next(topic for topic, source in SCANS.items() if source == FEET)
 SETTLE_S = 2.0
 """Seconds before a mission, in which the gyro learns its rest offset and the costmaps fill."""
@@ -73,6 +75,8 @@ class RigSetting:
         map_maker: What makes the map; None when there is one.
         missions: The missions; those of this installation when not given.
         links: How well topics are carried, by name; perfectly without an entry.
+        quality: How good the sensors are.
+        change_skills: Given the skills and the clock, returns those that missions get; for faults.
     """
 
     flat: Flat
@@ -89,6 +93,8 @@ class RigSetting:
     map_maker: MapMaker | None = None
     missions: MissionLibrary | None = None
     links: Mapping[str, Link] = field(default_factory=dict)
+    quality: SensorQuality = USUAL_QUALITY
+    change_skills: SkillChange = lambda skills, clock: skills
 
 
 class Rig:
@@ -125,6 +131,7 @@ class Rig:
             self.clock,
             seed=setting.seed,
             wires=self.wires,
+            quality=setting.quality,
         )
         self._frames = self.wires.ports("viewer").listen_to_frames()
         self._first_pose = setting.believed or start
@@ -144,7 +151,7 @@ class Rig:
         self.topics[FOUND.name].subscribe(self._note_found)
         connect_voice(self.wires)
         connect_approach(self.wires, setting.config)
-        skills = rig_skills(self.wires, setting.seed)
+        skills = setting.change_skills(rig_skills(self.wires, setting.seed), self.clock)
         self.executor = Executor(
             setting.missions or MissionLibrary.load(),
             skills,

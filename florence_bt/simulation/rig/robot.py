@@ -5,6 +5,7 @@ Bytes and ROS are left out.
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
 from typing import TypeVar
 
 from florence_bt.core import topic_names
@@ -12,7 +13,7 @@ from florence_bt.core.clock import ManualClock
 from florence_bt.core.geometry import Pose2, Twist2
 from florence_bt.core.ports import Topic
 from florence_bt.core.sensing import Odometry
-from florence_bt.core.transforms import TransformBuffer
+from florence_bt.core.transforms import Transform3, TransformBuffer
 from florence_bt.drivers.hokuyo.parameters import HokuyoParameters
 from florence_bt.drivers.kinect.driver import KinectParameters
 from florence_bt.drivers.turtlebot.parameters import TurtlebotNodeParameters, TurtlebotParameters
@@ -22,10 +23,31 @@ from florence_bt.simulation.rig.components import Config, parameters_of
 from florence_bt.simulation.rig.kinect import PICTURE_SIZE, connect_kinect
 from florence_bt.simulation.rig.laser import connect_laser
 from florence_bt.simulation.rig.wires import Wires
-from florence_bt.simulation.sensors.kinect_sensor import KinectSensor
-from florence_bt.simulation.sensors.laser_sensor import LaserSensor
+from florence_bt.simulation.sensors.base_noise import BaseNoiseParameters
+from florence_bt.simulation.sensors.kinect_sensor import KinectNoiseParameters, KinectSensor
+from florence_bt.simulation.sensors.laser_sensor import LaserParameters, LaserSensor
 
 T = TypeVar("T")
+
+
+@dataclass(frozen=True, slots=True)
+class SensorQuality:
+    """How good the sensors are; by default as those of the robot.
+
+    Attributes:
+        base: Odometry and gyro.
+        laser: The laser.
+        kinect: The Kinect.
+        camera_pitch: How far the camera looks further down than the robot's description says, radians.
+    """
+
+    base: BaseNoiseParameters = field(default_factory=BaseNoiseParameters)
+    laser: LaserParameters = field(default_factory=LaserParameters)
+    kinect: KinectNoiseParameters = field(default_factory=KinectNoiseParameters)
+    camera_pitch: float = 0.0
+
+
+USUAL_QUALITY = SensorQuality()
 LASER_FRAME, CAMERA_FRAME = "base_laser_round_link", "camera_depth_optical_frame"
 MAP_FRAME, ODOM_FRAME, BASE_FRAME = "map", "odom", "base_footprint"
 FILTERED_VELOCITY = Topic(topic_names.FILTERED_CMD_VEL, Twist2)
@@ -46,6 +68,7 @@ class RigRobot:
         clock: Drives everything.
         seed: Start of every noise generator.
         wires: Connect it.
+        quality: How good its sensors are.
 
     Attributes:
         base: What simulates the base.
@@ -60,6 +83,7 @@ class RigRobot:
         *,
         seed: int,
         wires: Wires,
+        quality: SensorQuality = USUAL_QUALITY,
     ) -> None:
         self.world, self.frames, self._clock = world, frames, clock
 
@@ -73,10 +97,14 @@ class RigRobot:
             of(TurtlebotNodeParameters, "turtlebot_node"),
             clock,
             seed=seed + 1,
+            noise=quality.base,
         )
-        laser = LaserSensor(world, frames.lookup(BASE_FRAME, LASER_FRAME), seed + 2)
+        laser = LaserSensor(world, frames.lookup(BASE_FRAME, LASER_FRAME), seed + 2, quality.laser)
         connect_laser(wires.ports("hokuyo_node"), laser, world, of(HokuyoParameters, "hokuyo_node"), clock)
-        kinect = KinectSensor(world, frames.lookup(BASE_FRAME, CAMERA_FRAME), *PICTURE_SIZE, seed=seed + 4)
+        # The axes of an optical frame: x to the right, y down, z ahead.
+        pitched = Transform3.from_xyz_rpy((0.0, 0.0, 0.0), (-quality.camera_pitch, 0.0, 0.0))
+        mount = frames.lookup(BASE_FRAME, CAMERA_FRAME) @ pitched
+        kinect = KinectSensor(world, mount, *PICTURE_SIZE, seed=seed + 4, parameters=quality.kinect)
         connect_kinect(wires.ports("kinect_node"), kinect, world, of(KinectParameters, "kinect_node"), clock)
 
     @property

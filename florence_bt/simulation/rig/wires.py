@@ -35,10 +35,14 @@ class Link:
     Attributes:
         delay: Seconds until a value is there.
         drops: The share of values that is lost, 0 to 1; of reliable and latched topics none is.
+        silent_from: From this second of the clock on nothing is carried, as when its sender has died.
+        silent_for: For so many seconds.
     """
 
     delay: float = 0.0
     drops: float = 0.0
+    silent_from: float = 0.0
+    silent_for: float = 0.0
 
 
 PERFECT = Link()
@@ -315,6 +319,8 @@ class Wires:
         """Send something on its way over the link of a topic."""
         link = self._links.get(name) or self._links.get(EVERY, PERFECT)
         if link.drops and not sure and self._chance.random() < link.drops:
+            return
+        if link.silent_from <= self.clock.now() < link.silent_from + link.silent_for:
             return
         if link.delay and hasattr(value, "read"):
             value.read()  # what a picture shows is of the moment at which it is taken

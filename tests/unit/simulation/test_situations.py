@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from florence_sweep.best_case import best_case
 
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
@@ -23,7 +24,6 @@ from florence_bt.simulation.home.situations import (
     room_with_decoy,
 )
 from florence_bt.simulation.home.world import SimulatedWorld
-from tools.best_case import best_case
 
 
 @pytest.fixture(scope="module")

@@ -3,12 +3,12 @@
 from dataclasses import replace
 
 import pytest
+from florence_sweep.best_case import BestCase
 
 from florence_bt.core.geometry import Pose2
 from florence_bt.runtime.run import RunStatus
 from florence_bt.simulation.home.closeness import Closeness
 from florence_bt.simulation.home.person import PersonSpec
-from tools.best_case import BestCase
 from tools.trials import SUMMARY, Trial, _is_false, _met, main, run_trial, summary, table_of, told
 
 STANDING = PersonSpec("user", Pose2(1.0, 1.0))
