@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from florence_sweep.experiment import Experiment
     from florence_sweep.outcome import Outcome
     from florence_sweep.store import Results
-    from florence_sweep.summary import Table
 
 app = VerbList()
 _RESULTS = ".sqlite"
@@ -97,7 +96,7 @@ def sweep(
     other = Results(beside) if beside is not None else None
     _print_tables(results, other)
     if page is not None:
-        _write_page(page, experiment, results, other, what)
+        _write_page(page, experiment, results, other)
     broken = [each for each in results.outcomes() if each.status == "BROKEN"]
     raise typer.Exit(FAILED if broken else OK)
 
@@ -197,29 +196,25 @@ def _print_tables(results: Results, beside: Results | None) -> None:
         typer.echo(f"first: {beside.file}, second: {results.file}")
         tables.append(summary.comparison_of(beside.outcomes(), outcomes))
     tables.append(summary.reasons_of(outcomes))
-    for table in tables:
-        typer.echo("\n" + "\n".join(_aligned(table)))
+    for head, lines in tables:
+        if lines:
+            typer.echo("\n" + "\n".join(_aligned([head, *lines])))
     typer.echo(f"\n{results.file}: {len(outcomes)} runs, table runs of SQLite")
 
 
-def _aligned(table: Table) -> Iterable[str]:
-    """Write a table with columns as wide as they must be."""
-    head, lines = table
-    if not lines:
-        return
-    widths = [max(len(line[column]) for line in [head, *lines]) for column in range(len(head))]
-    for line in [head, *lines]:
+def _aligned(lines: list[list[str]]) -> Iterable[str]:
+    """Write the lines of a table with columns as wide as they must be."""
+    widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
+    for line in lines:
         yield "  ".join(cell.ljust(width) for cell, width in zip(line, widths, strict=True)).rstrip()
 
 
-def _write_page(
-    page: Path, experiment: Experiment, results: Results, beside: Results | None, what: str
-) -> None:
+def _write_page(page: Path, experiment: Experiment, results: Results, beside: Results | None) -> None:
     from florence_bt.app.mission_files.output import write_output
     from florence_sweep.report import report
 
     def command(outcome: Outcome) -> str:
-        return f"florence sweep {shlex.quote(what)} --case {outcome.number}"
+        return f"florence sweep {shlex.quote(str(results.file))} --case {outcome.number}"
 
     text = report(results, list(experiment.cases()), command, beside, typer.echo)
     write_output(page, text, make_folder=True, mark=_MARK)

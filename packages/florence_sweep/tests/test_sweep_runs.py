@@ -173,8 +173,8 @@ def test_a_page_shows_the_worst_runs_with_the_command_that_runs_them_again(exper
     done = CliRunner().invoke(app, ["sweep", "short.yaml", "--jobs", "1", "--html", "short.html"])
     assert done.exit_code == OK, done.output
     page = Path("short.html").read_text()
-    assert "florence sweep short.yaml --case 1" in page and page.count("data:image/png;base64") == 2
-    again = CliRunner().invoke(app, ["sweep", "short.yaml", "--case", "1"])
+    assert "florence sweep sweeps/short.sqlite --case 1" in page and page.count("data:image/png;base64") == 2
+    again = CliRunner().invoke(app, ["sweep", "sweeps/short.sqlite", "--case", "1"])
     assert again.exit_code == FAILED and Path("sweeps/short_1.png").stat().st_size > 10_000
     of_results = CliRunner().invoke(app, ["sweep", "sweeps/short.sqlite", "--beside", "sweeps/short.sqlite"])
     assert of_results.exit_code == OK and "only second" in of_results.output
