@@ -330,6 +330,24 @@ def test_who_was_forgotten_for_somebody_else_comes_back_with_colours_and_keeps_t
     assert ids(run(seen(2, 0, colours(9)), seen(1, 2.5, colours(3)))) == [(1, 1), (2, 2)]
 
 
+@pytest.mark.parametrize("gap", [0, 6, 20])
+@pytest.mark.parametrize(
+    ("before", "now", "x", "user_id"),
+    [(0.95, 0.74, 0.6, 2), (0.95, 0.9, 0.6, 1), (0.74, 0.74, 0.6, 1), (0.95, 0.74, 2.0, 1)],
+)
+def test_a_part_of_somebody_nearby_is_not_somebody_beside_them(
+    run: Run, gap: int, before: float, now: float, x: float, user_id: int
+) -> None:
+    """Half a metre before them the camera shows a part, which looks less like them, and elsewhere."""
+    person = replace(seen(x, 0.0, colours(3)), confidence=before)
+    run(person, times=10)
+    run(times=gap)
+    part = replace(seen(x + 0.25, 0.35, colours(3)), confidence=now)
+    assert run.tracker.in_view == ([] if gap else [1])
+    run(part, times=5)
+    assert run.tracker.in_view == [user_id]
+
+
 def test_who_is_believed_in_is_not_in_the_picture(run: Run) -> None:
     run(seen(2, 0), seen(2, 1.5), times=5)
     assert run.tracker.in_view == [1, 2]

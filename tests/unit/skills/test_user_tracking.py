@@ -238,6 +238,30 @@ def test_a_look_without_pictures_ends_at_its_deadline_and_says_so() -> None:
     assert ended[0][0].error_code == 2, "no_image"
 
 
+def test_a_look_counts_nobody_whom_its_pictures_do_not_show(somebody: list[Detection]) -> None:
+    """The tracker believes for a while in somebody who is out of view, and goes on with them as they went."""
+    around = Surroundings()
+    around.start()
+    around.see(5)
+    somebody.clear()
+    ended = around.look(2.0, user_id=1)
+    around.see(25)
+    ((result, _),) = ended
+    assert not result.found
+
+
+def test_a_look_counts_no_picture_that_was_taken_before_it_began(somebody: list[Detection]) -> None:
+    around = Surroundings(links={tracking.DEPTH.name: Link(delay=1.0)})
+    around.start()
+    around.see(20)
+    somebody.clear()
+    somebody.append(Detection(2.0, 0.1, 2.0, posture="standing", height=1.7))
+    ended = around.look(0.9)
+    around.see(12)
+    ((result, _),) = ended
+    assert result.error_msg.startswith("0 usable images")
+
+
 def test_who_tracks_already_goes_on_after_a_look() -> None:
     around = Surroundings()
     around.start()

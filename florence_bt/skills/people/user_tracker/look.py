@@ -102,6 +102,11 @@ class LookForUser:
         self._laser: LaserView | None = None
 
     @property
+    def started(self) -> float:
+        """When the look began, seconds; pictures of before are none of it."""
+        return self._started
+
+    @property
     def deadline(self) -> float:
         """The moment at which the look ends in any case, seconds."""
         return self._started + self._window
@@ -139,8 +144,8 @@ class LookForUser:
         """Take the confirmed people of a picture.
 
         Args:
-            now: The time of the picture, seconds.
-            users: The people, map frame; those out of range or not finite do not count.
+            now: The time of the picture, seconds; not before :attr:`started`.
+            users: Whom it shows, map frame; those out of range or not finite do not count.
             robot: Where the robot is, map frame; gives the person's yaw its meaning.
             undecided: Whether there is something else in view that may be a person.
             view: What the picture says of places, map frame; without it the camera sees no place free.

@@ -378,7 +378,8 @@ class UserTracking:
         self._tell_of(users, depth.stamp)
         self._ask_second_source(depth.stamp)
         if self._goals.active:
-            self._feed_look(depth.stamp, users, robot, view.moved_by(odom))
+            shown = tuple(user for user in users if user.user_id in self._tracker.in_view)
+            self._feed_look(depth.stamp, shown, robot, view.moved_by(odom))
 
     def _take_scan(self, scan: LaserScan) -> None:
         """Go on with the legs of those whom the camera does not see."""
@@ -451,6 +452,8 @@ class UserTracking:
     def _feed_look(
         self, stamp: float, users: tuple[TrackedUser, ...], robot: Pose2, view: CameraView
     ) -> None:
+        if stamp < self._look.started:
+            return  # what was on its way shows where the robot was before, often while it turned
         before = self._look.users_seen
         self._look.feed(stamp, users, robot, undecided=self._tracker.undecided, view=view)
         if self._look.users_seen != before:
