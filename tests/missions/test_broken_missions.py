@@ -355,6 +355,8 @@ MUTANTS = [
     ),
     ("look_again", "$seen_at) < 0.5 m", "$seen_at) <= 0.5 m", "look_again is SUCCEEDED"),
     ("look_again", "$seen_at) < 0.5 m", "$seen_at) < 0.4 m", "look_again is FAILED"),
+    ("look_again", "    - set: {user: $then}\n", "    - set: {user: $now}\n", "the output user"),
+    ("meet_user", "user_id: $id}\n              out: {user: user}\n", "user_id: $id}\n", "the output user"),
     ("look_again", "$now) < 0.2 m", "$now) <= 0.2 m", "look_again is SUCCEEDED"),
     ("look_again", "$now) < 0.2 m", "$now) < 0.19 m", "look_again is FAILED"),
     ("look_again", "        user_not_in_view: {set: {then: $now}}\n", "", "look_again is FAILED"),

@@ -592,15 +592,25 @@ def test_who_comes_at_the_last_moment_still_counts(look: LookForUser) -> None:
 
 
 @pytest.mark.parametrize(
-    ("best", "wanted", "found"), [(0.74, 0, False), (0.9, 0, True), (0.74, 1, True), (0.74, 2, False)]
+    ("best", "often", "wanted", "found"),
+    [
+        (0.74, 1, 0, False),
+        (0.95, 4, 0, False),
+        (0.8, 2, 0, True),
+        (0.74, 1, 1, True),
+        (0.74, 1, 2, False),
+    ],
 )
-def test_what_never_looks_like_a_person_for_certain_is_nobody(best: float, wanted: int, found: bool) -> None:
+def test_what_does_not_look_like_a_person_for_certain_in_most_pictures_is_nobody(
+    best: float, often: int, wanted: int, found: bool
+) -> None:
+    """In each so many-th picture it looks most like one."""
     look = LookForUser()
     look.start(10.0, 5.0, Wanted(wanted))
     results = []
     for k in range(26):
         now = 11.0 + 0.1 * k
-        look.feed(now, [replace(tracked(2.0, 0.0), confidence=best if k == 2 else 0.7)])
+        look.feed(now, [replace(tracked(2.0, 0.0), confidence=0.7 if k % often else best)])
         results.append(look.result(now))
     (result, *_) = [each for each in results if each is not None] or [look.result(15.0)]
     assert result is not None and result.succeeded is found

@@ -188,10 +188,12 @@ class LookForUser:
 
     def _counts(self, samples: Sequence[_Sample]) -> bool:
         """Tell whether somebody was seen often enough, and for certain."""
-        if max(user.confidence for _, user in samples) >= self._params.certain:
-            self._certain.add(samples[0][1].user_id)
-        certain = self._wanted.user_id or samples[0][1].user_id in self._certain
-        return bool(certain) and len(samples) >= self._params.minimum_pictures
+        if len(samples) < self._params.minimum_pictures:
+            return False
+        user_id = samples[0][1].user_id
+        if statistics.median(user.confidence for _, user in samples) >= self._params.certain:
+            self._certain.add(user_id)
+        return bool(self._wanted.user_id) or user_id in self._certain
 
     def _is_empty(self, now: float) -> bool:
         """Tell whether enough pictures have shown nothing that may be a person."""
