@@ -310,7 +310,23 @@ MUTANTS = [
     ("meet_user", ENSURED, ENSURED.replace("$nearest", "$safe_distance"), "meet_user is FAILED", "met there"),
     ("meet_user", "retry: 2", "retry: 1", "meet_user is FAILED", "the second time"),
     ("meet_user", "retry: 2", "retry: 3", "was started 3 times, not twice", "a robot that cannot come up"),
-    ("meet_user", "on: [too_far]", "on: [too_far, user_moved_on]", "was started", "three times"),
+    (
+        "meet_user",
+        "on: [too_far, user_not_in_view]",
+        "on: [too_far, user_not_in_view, user_moved_on]",
+        "was started",
+        "three times",
+    ),
+    ("meet_user", "on: [too_far, user_not_in_view]", "on: [too_far]", "meet_user is FAILED", "the next time"),
+    ("meet_user", "          when: not $in_view\n", "", "was started", "a robot that cannot come up"),
+    ("meet_user", "            - set: {in_view: false}\n", "", "in_view"),
+    (
+        "meet_user",
+        "safe_distance: $safe_distance}\n          out: {user: user, user_id: id}\n      between",
+        "safe_distance: $safe_distance}\n      between",
+        "/propose_approach_pose' with user=(x 3.20 m",
+        "the next time",
+    ),
     (
         "meet_user",
         "out: {seen: user, nearest: nearest}",
@@ -371,7 +387,6 @@ MUTANTS = [
     ("look_again", "$stood) > 5 cm", "$stood) > 4 cm", "'drive_straight' was started"),
     ("look_again", "$stood) > 5 cm", "$stood) > 7 cm", "'drive_straight' was started"),
     ("look_again", "        no_user_seen: {fail:", "        no_image: {fail:", "look_again is SUCCEEDED"),
-    ("look_again", "                user_not_in_view: {set: {now: $seen_at}}\n", "", "look_again is FAILED"),
     (
         "look_again",
         "                no_user_seen: {fail:",
