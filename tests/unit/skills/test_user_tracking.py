@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -26,6 +28,7 @@ from florence_bt.skills.people.user_tracker.parameters import (
     TrackerParameters,
 )
 from florence_bt.skills.people.user_tracker.tracking import UserTracking, UserTrackingParameters
+from florence_bt.trees.language.loader import BUILT_IN
 
 CAMERA = CameraModel(4, 3, 4.0, 4.0, 1.5, 1.0)
 MOUNT = (
@@ -334,3 +337,11 @@ def test_wires_drop_sensor_readings_and_nothing_else() -> None:
     two.listen(latched, late.append)
     clock.advance(0.1)
     assert late == ["last"]
+
+
+@pytest.mark.parametrize("mission", sorted(BUILT_IN.glob("*.yaml"), key=str))
+def test_each_look_of_a_mission_is_long_enough_at_five_pictures_a_second(mission: Path) -> None:
+    """A shorter one ends with ``no_image`` whenever a picture is late."""
+    windows = [float(each) for each in re.findall(r"window: ([\d.]+) s\b", mission.read_text())]
+    least = (LookParameters().enough_pictures + 1) / 5.0
+    assert all(window >= least for window in windows)
