@@ -253,6 +253,19 @@ def test_a_look_counts_nobody_whom_its_pictures_do_not_show(somebody: list[Detec
     assert not result.found
 
 
+def test_a_picture_of_before_the_start_is_not_used() -> None:
+    """The robot turned then: a camera that turns sees people who are not there."""
+    around = Surroundings(links={tracking.DEPTH.name: Link(delay=0.5)})
+    around.start()
+    around.see(8)
+    around.wires.services["tracker/Stop"]({})
+    turning = around.see(4)
+    around.start()
+    after = around.see(8)
+    assert [picture.reads for picture in turning] == [1] * 4, "by the link only"
+    assert after[0].reads == 2
+
+
 def test_a_look_counts_no_picture_that_was_taken_before_it_began(somebody: list[Detection]) -> None:
     around = Surroundings(links={tracking.DEPTH.name: Link(delay=1.0)})
     around.start()

@@ -202,7 +202,7 @@ class UserTracking:
         self._forget_timer: Timer | None = None
         self._colour: Picture[ColourImage] | None = None
         self._known: KnownObstacles | None = None
-        self._last_stamp = float("-inf")
+        self._last_stamp = self._started = float("-inf")
         self._waiting: deque[Picture[DepthImage]] = deque()
         self._frames: Frames | None = None
         self._users = ports.output(USERS)
@@ -235,6 +235,7 @@ class UserTracking:
 
     def _start(self) -> None:
         self._tracker.start()
+        self._started = self._ports.clock.now()
         if self._forget_timer is not None:
             self._forget_timer.cancel()
             self._forget_timer = None
@@ -273,15 +274,15 @@ class UserTracking:
         """Forget readings, as the clock has jumped: what was on its way may have a useless stamp."""
         self._colour = None
         self._waiting.clear()
-        self._last_stamp = self._asked = float("-inf")
+        self._last_stamp = self._asked = self._started = float("-inf")
 
     def _take_colour(self, picture: Picture[ColourImage]) -> None:
         if self._tracker.running:
             self._colour = picture
 
     def _take_depth(self, picture: Picture[DepthImage]) -> None:
-        # A picture may still be on its way when the tracker stops.
-        if not self._tracker.running:
+        # A picture may still be on its way when the tracker stops, and when it starts again.
+        if not self._tracker.running or picture.stamp < self._started:
             return
         before = self._waiting[-1].stamp if self._waiting else self._last_stamp
         too_soon = 0.0 <= picture.stamp - before < self._params.period_s
