@@ -34,7 +34,7 @@ from florence_bt.skills.navigation.navigate.results import (
 )
 from florence_bt.skills.served import error_codes
 from florence_bt.trees.language.declarations import own_declarations
-from tests.unit.skills.navigation_world import UPSIDE_DOWN_LASER, WALLS, Box, Trip, World, make_map
+from tests.unit.skills.navigation_world import UPSIDE_DOWN_LASER, WALLS, Box, Trip, World, ahead, make_map
 
 DOOR: Box = (4.0, 2.0, 4.1, 2.8)
 
@@ -511,6 +511,30 @@ def test_what_was_touched_is_driven_round() -> None:
 
     assert trip.go(Pose2(3.0, 1.5, 0.0), each=bump).succeeded
     assert sum(now and not before for before, now in itertools.pairwise(touches)) <= 2
+
+
+@pytest.mark.parametrize("ends", ["as a straight drive", "cancelled while it backs off"])
+def test_what_was_touched_is_remembered_however_the_goal_ends(ends: str) -> None:
+    trip = Trip(Pose2(1.0, 1.5, 0.0))
+    trip.come(0.4)  # the floor behind it is known then
+    straight = ends == "as a straight drive"
+    goal = ahead(1.0, 0.2, 0.0) if straight else PoseGoal(FramedPose(Pose2(3.0, 1.5, 0.0)))
+    trip.navigator.start(goal, trip.world.now)
+    result, met = None, []
+    while result is None:
+        on = trip.world.pose.x > 1.6
+        met.extend([trip.world.pose.x] * on)
+        touch(trip, LEFT_BUMPER, on)
+        if trip.commands and trip.commands[-1] < 0.0:
+            trip.navigator.cancel()
+        result = trip.cycle()
+    assert result.code == ("bumper" if straight else "cancelled")
+    touch(trip, LEFT_BUMPER, False)
+    trip.navigator.start(ahead(-0.1, 0.1, 0.0), trip.world.now)
+    while trip.cycle() is None:
+        pass
+    assert trip.navigator.cost_at(min(met) + 0.2, 1.5) == LETHAL
+    assert (trip.navigator.local_grid().cells == 100).any()
 
 
 def test_what_was_touched_long_ago_may_be_gone() -> None:

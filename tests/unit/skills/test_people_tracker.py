@@ -330,6 +330,24 @@ def test_who_was_forgotten_for_somebody_else_comes_back_with_colours_and_keeps_t
     assert ids(run(seen(2, 0, colours(9)), seen(1, 2.5, colours(3)))) == [(1, 1), (2, 2)]
 
 
+@pytest.mark.parametrize("gap", [0, 6, 20])
+@pytest.mark.parametrize(
+    ("before", "now", "x", "user_id"),
+    [(0.95, 0.74, 0.6, 2), (0.95, 0.9, 0.6, 1), (0.74, 0.74, 0.6, 1), (0.95, 0.74, 2.0, 1)],
+)
+def test_a_part_of_somebody_nearby_is_not_somebody_beside_them(
+    run: Run, gap: int, before: float, now: float, x: float, user_id: int
+) -> None:
+    """Half a metre before them the camera shows a part, which looks less like them, and elsewhere."""
+    person = replace(seen(x, 0.0, colours(3)), confidence=before)
+    run(person, times=10)
+    run(times=gap)
+    part = replace(seen(x + 0.25, 0.35, colours(3)), confidence=now)
+    assert run.tracker.in_view == ([] if gap else [1])
+    run(part, times=5)
+    assert run.tracker.in_view == [user_id]
+
+
 def test_who_is_believed_in_is_not_in_the_picture(run: Run) -> None:
     run(seen(2, 0), seen(2, 1.5), times=5)
     assert run.tracker.in_view == [1, 2]
@@ -574,15 +592,25 @@ def test_who_comes_at_the_last_moment_still_counts(look: LookForUser) -> None:
 
 
 @pytest.mark.parametrize(
-    ("best", "wanted", "found"), [(0.74, 0, False), (0.9, 0, True), (0.74, 1, True), (0.74, 2, False)]
+    ("best", "often", "wanted", "found"),
+    [
+        (0.74, 1, 0, False),
+        (0.95, 4, 0, False),
+        (0.8, 2, 0, True),
+        (0.74, 1, 1, True),
+        (0.74, 1, 2, False),
+    ],
 )
-def test_what_never_looks_like_a_person_for_certain_is_nobody(best: float, wanted: int, found: bool) -> None:
+def test_what_does_not_look_like_a_person_for_certain_in_most_pictures_is_nobody(
+    best: float, often: int, wanted: int, found: bool
+) -> None:
+    """In each so many-th picture it looks most like one."""
     look = LookForUser()
     look.start(10.0, 5.0, Wanted(wanted))
     results = []
     for k in range(26):
         now = 11.0 + 0.1 * k
-        look.feed(now, [replace(tracked(2.0, 0.0), confidence=best if k == 2 else 0.7)])
+        look.feed(now, [replace(tracked(2.0, 0.0), confidence=0.7 if k % often else best)])
         results.append(look.result(now))
     (result, *_) = [each for each in results if each is not None] or [look.result(15.0)]
     assert result is not None and result.succeeded is found

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -26,6 +28,7 @@ from florence_bt.skills.people.user_tracker.parameters import (
     TrackerParameters,
 )
 from florence_bt.skills.people.user_tracker.tracking import UserTracking, UserTrackingParameters
+from florence_bt.trees.language.loader import BUILT_IN
 
 CAMERA = CameraModel(4, 3, 4.0, 4.0, 1.5, 1.0)
 MOUNT = (
@@ -238,6 +241,43 @@ def test_a_look_without_pictures_ends_at_its_deadline_and_says_so() -> None:
     assert ended[0][0].error_code == 2, "no_image"
 
 
+def test_a_look_counts_nobody_whom_its_pictures_do_not_show(somebody: list[Detection]) -> None:
+    """The tracker believes for a while in somebody who is out of view, and goes on with them as they went."""
+    around = Surroundings()
+    around.start()
+    around.see(5)
+    somebody.clear()
+    ended = around.look(2.0, user_id=1)
+    around.see(25)
+    ((result, _),) = ended
+    assert not result.found
+
+
+def test_a_picture_of_before_the_start_is_not_used() -> None:
+    """The robot turned then: a camera that turns sees people who are not there."""
+    around = Surroundings(links={tracking.DEPTH.name: Link(delay=0.5)})
+    around.start()
+    around.see(8)
+    around.wires.services["tracker/Stop"]({})
+    turning = around.see(4)
+    around.start()
+    after = around.see(8)
+    assert [picture.reads for picture in turning] == [1] * 4, "by the link only"
+    assert after[0].reads == 2
+
+
+def test_a_look_counts_no_picture_that_was_taken_before_it_began(somebody: list[Detection]) -> None:
+    around = Surroundings(links={tracking.DEPTH.name: Link(delay=1.0)})
+    around.start()
+    around.see(20)
+    somebody.clear()
+    somebody.append(Detection(2.0, 0.1, 2.0, posture="standing", height=1.7))
+    ended = around.look(0.9)
+    around.see(12)
+    ((result, _),) = ended
+    assert result.error_msg.startswith("0 usable images")
+
+
 def test_who_tracks_already_goes_on_after_a_look() -> None:
     around = Surroundings()
     around.start()
@@ -310,3 +350,11 @@ def test_wires_drop_sensor_readings_and_nothing_else() -> None:
     two.listen(latched, late.append)
     clock.advance(0.1)
     assert late == ["last"]
+
+
+@pytest.mark.parametrize("mission", sorted(BUILT_IN.glob("*.yaml"), key=str))
+def test_each_look_of_a_mission_is_long_enough_at_five_pictures_a_second(mission: Path) -> None:
+    """A shorter one ends with ``no_image`` whenever a picture is late."""
+    windows = [float(each) for each in re.findall(r"window: ([\d.]+) s\b", mission.read_text())]
+    least = (LookParameters().enough_pictures + 1) / 5.0
+    assert all(window >= least for window in windows)

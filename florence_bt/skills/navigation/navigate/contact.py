@@ -13,7 +13,6 @@ from florence_bt.skills.navigation.navigate.state import Costmaps, CycleState
 _GET_OFF_TIME_S = 2.0
 """How long backing off may take to release a bumper, whose travel is a centimetre or two."""
 _BACK_OFF_TIME_S = 25.0
-_BACKED_M = 0.05
 _MOST_BACK_OFFS = 3
 """So often a goal backs off from what only the bumpers feel; then it ends, as it would touch it again."""
 
@@ -82,7 +81,7 @@ class BackUp:
 
 
 class ContactRecovery:
-    """Backs off from what holds the robot, and marks it in the costmaps: the next path goes round it.
+    """Backs off from what holds the robot; :mod:`contact_marks` remembers it, so the next path goes round it.
 
     Attributes:
         last: What was touched last.
@@ -94,7 +93,6 @@ class ContactRecovery:
         self._p = parameters
         self._since: float | None = None
         self._backing: BackUp | None = None
-        self._touched: CycleState | None = None
         self._slip = SlipWatch()
         self.last = BaseStop()
         self.back_offs = 0
@@ -114,13 +112,6 @@ class ContactRecovery:
             if not command.is_zero():
                 return command
             self._backing = None
-        if self._touched is not None and not state.stop.holds_forward:
-            there, self._touched = self._touched, None
-            # Without room behind it the robot still stands there, and must get away from it.
-            if there.pose.distance_to(state.pose) > _BACKED_M:
-                self._costmaps.local_costmap.add_contact(there.pose, state.now)
-            if there.localised:
-                self._costmaps.global_costmap.add_contact(there.map_pose, state.now)
         return None
 
     def _watch(self, state: CycleState) -> Result | None:
@@ -141,6 +132,7 @@ class ContactRecovery:
         if self.back_offs == _MOST_BACK_OFFS:
             return stop.failure(f"{stop.text}, again after backing off {_MOST_BACK_OFFS} times")
         self.back_offs += 1
-        self._touched, self.last = state, stop
+        self._costmaps.contacts.touch(state)
+        self.last = stop
         self._backing = BackUp(state, self._p, _BACK_OFF_TIME_S)
         return None

@@ -20,6 +20,7 @@ from florence_bt.core.transforms import Transform3
 from florence_bt.core.zones import Zone
 from florence_bt.skills.navigation.navigate._cell_kernels import LETHAL, UNKNOWN_COST, Cells
 from florence_bt.skills.navigation.navigate.clearance import Clearance, MapWalls
+from florence_bt.skills.navigation.navigate.contact_marks import ContactMarks
 from florence_bt.skills.navigation.navigate.costmap import (
     BODIES,
     CONTACTS,
@@ -119,7 +120,9 @@ class Navigator:
         self.global_costmap = Costmap(self._p.costmap, self._furnished(grid))
         self.local_costmap = Costmap(self._p.costmap)
         tight = TightWays(self.global_costmap)
-        self._costmaps = Costmaps(self.global_costmap, self.local_costmap, *self._map_parts(), tight)
+        contacts = ContactMarks(self.global_costmap, self.local_costmap)
+        parts = self._map_parts()
+        self._costmaps = Costmaps(self.global_costmap, self.local_costmap, *parts, tight, contacts)
         self._newer_map: OccupancyGrid | None = None
         self._glass = GlassMemory() if self._p.exploration.map_grows else None
         self._exploration = Exploration(self.global_costmap, self._p.exploration)
@@ -416,6 +419,7 @@ class Navigator:
         self._missing_since = None
         assert odometry is not None
         state = self._state_at(now, odometry, map_from_odom)
+        self._costmaps.contacts.saw(state)
         if state.localised or goal.by_odometry:
             self._go_on(goal, now)
             command, self._feedback, result = goal.step(state)

@@ -10,6 +10,7 @@ from florence_bt.core.geometry import Pose2, Twist2
 from florence_bt.core.outcome import Result
 from florence_bt.skills.navigation.navigate._cell_kernels import INSCRIBED, UNKNOWN_COST, Cells
 from florence_bt.skills.navigation.navigate.clearance import Clearance, MapWalls
+from florence_bt.skills.navigation.navigate.contact_marks import ContactMarks
 from florence_bt.skills.navigation.navigate.costmap import Costmap
 from florence_bt.skills.navigation.navigate.driven_way import DrivenWay
 from florence_bt.skills.navigation.navigate.people import People
@@ -65,6 +66,7 @@ class Costmaps:
         walls: The map's walls.
         zones: Where the robot does not drive, or drives slowly.
         tight: Where it could not.
+        contacts: Puts there what it has touched.
     """
 
     global_costmap: Costmap
@@ -73,6 +75,7 @@ class Costmaps:
     walls: MapWalls
     zones: ZoneLayer
     tight: TightWays
+    contacts: ContactMarks
 
     def problem_with(self, goal: Pose2) -> tuple[str, str] | None:
         """Tell why the robot cannot stand at a pose (map frame), as (code, reason); None when it can."""

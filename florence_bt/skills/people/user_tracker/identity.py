@@ -8,7 +8,13 @@ from dataclasses import dataclass
 
 from florence_bt.skills.people.user_tracker.appearance import Histogram, blend, distance_if_known
 from florence_bt.skills.people.user_tracker.parameters import TrackerParameters
-from florence_bt.skills.people.user_tracker.returning import Sighting, away, may_return, walked_share
+from florence_bt.skills.people.user_tracker.returning import (
+    Sighting,
+    away,
+    is_doubtful,
+    may_return,
+    walked_share,
+)
 
 NEARBY = 2.0
 """Whose colours are known and not seen is recognised by place only within this many ``return_margin``."""
@@ -119,6 +125,8 @@ class Gallery:
                 continue
             if known.last and came and came.time <= known.last.time:
                 continue  # seen at the same time, so they are two
+            if known.last and came and self._is_doubtful(known.last, came):
+                continue
             walked = walked_share(known.last, came, self._params) if known.last and came else 0.0
             if walked > TOO_FAR:
                 continue
@@ -128,6 +136,9 @@ class Gallery:
             if cost < best_cost:
                 best, best_cost = user_id, cost
         return best
+
+    def _is_doubtful(self, last: Sighting, came: Sighting) -> bool:
+        return is_doubtful(last, came.surest, away(last, came), self._params)
 
     def _by_place(
         self,

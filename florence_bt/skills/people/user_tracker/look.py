@@ -102,6 +102,11 @@ class LookForUser:
         self._laser: LaserView | None = None
 
     @property
+    def started(self) -> float:
+        """When the look began, seconds; pictures of before are none of it."""
+        return self._started
+
+    @property
     def deadline(self) -> float:
         """The moment at which the look ends in any case, seconds."""
         return self._started + self._window
@@ -139,8 +144,8 @@ class LookForUser:
         """Take the confirmed people of a picture.
 
         Args:
-            now: The time of the picture, seconds.
-            users: The people, map frame; those out of range or not finite do not count.
+            now: The time of the picture, seconds; not before :attr:`started`.
+            users: Whom it shows, map frame; those out of range or not finite do not count.
             robot: Where the robot is, map frame; gives the person's yaw its meaning.
             undecided: Whether there is something else in view that may be a person.
             view: What the picture says of places, map frame; without it the camera sees no place free.
@@ -183,10 +188,12 @@ class LookForUser:
 
     def _counts(self, samples: Sequence[_Sample]) -> bool:
         """Tell whether somebody was seen often enough, and for certain."""
-        if max(user.confidence for _, user in samples) >= self._params.certain:
-            self._certain.add(samples[0][1].user_id)
-        certain = self._wanted.user_id or samples[0][1].user_id in self._certain
-        return bool(certain) and len(samples) >= self._params.minimum_pictures
+        if len(samples) < self._params.minimum_pictures:
+            return False
+        user_id = samples[0][1].user_id
+        if statistics.median(user.confidence for _, user in samples) >= self._params.certain:
+            self._certain.add(user_id)
+        return bool(self._wanted.user_id) or user_id in self._certain
 
     def _is_empty(self, now: float) -> bool:
         """Tell whether enough pictures have shown nothing that may be a person."""

@@ -168,9 +168,9 @@ class LookParameters(CheckedParameters):
         settle_s: The position is averaged over this time, seconds; pictures that show nothing for so long
             are enough, too.
         minimum_pictures: How often a person must have been seen.
-        certain: In one picture of a look at least the confidence must have been this large, of this look or,
-            for the same person, of one before, unless one person is looked for: a thing that looks like a
-            person does so from one side, and never quite.
+        certain: In most pictures of a look the confidence must have been this large, of this look or, for the
+            same person, of one before, unless one person is looked for: a thing that looks like a person does
+            so from one side, in some pictures, and never quite.
         uncertain_s: What is not certain after so many seconds is nobody.
         place_tolerance: A person this near to the place that was asked for may be meant, metres
             (REFERENCE 12.6).

@@ -22,10 +22,12 @@ class Sighting:
         time: Seconds.
         user: Position and velocity in a frame that does not jump; posture, height, and distance from the
             camera. The ids do not count.
+        surest: The greatest confidence with which they had been seen by then.
     """
 
     time: float
     user: TrackedUser
+    surest: float = 0.0
 
 
 def away(lost: Sighting, came: Sighting) -> float:
@@ -44,12 +46,29 @@ def walked_share(lost: Sighting, came: Sighting, params: TrackerParameters) -> f
 
 
 def may_return(lost: Sighting, came: Sighting, params: TrackerParameters) -> bool:
-    """Tell whether place, time, height and posture let somebody be the one who was lost."""
+    """Tell whether place, time, height, posture and confidence let somebody be the one who was lost."""
     return (
         0.0 < came.time - lost.time <= params.return_s
         and walked_share(lost, came, params) <= 1.0
+        and not is_doubtful(lost, came.surest, away(lost, came), params)
         and not contradict(lost.user, came.user, params.height_tolerance)
     )
+
+
+def is_doubtful(lost: Sighting, confidence: float, away_m: float, params: TrackerParameters) -> bool:
+    """Tell whether the place of somebody who was nearby is not to be believed.
+
+    From half a metre away the camera shows a part of them. The detector may take that, or a chair behind
+    them, for somebody half a metre beside, with less confidence than it had.
+
+    Args:
+        lost: How they were seen last.
+        confidence: Of what is seen now.
+        away_m: How far that is from their place, metres.
+        params: How people are followed.
+    """
+    was_sure = lost.surest >= params.sure and lost.user.distance < params.reject_nearest
+    return was_sure and confidence < params.sure and away_m > params.gate_margin
 
 
 def contradict(one: TrackedUser | Detection, other: TrackedUser | Detection, tolerance: float) -> bool:

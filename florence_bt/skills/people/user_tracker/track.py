@@ -39,6 +39,7 @@ class Track:
         noticed: When the camera or the laser did.
         place: Where that was, metres.
         lost: Whether the camera has not seen it for a while.
+        surest: The greatest confidence with which the camera has seen it.
         followed: Whether it is where it should be, as neither of them has missed it for long.
     """
 
@@ -62,6 +63,7 @@ class Track:
         self.user_id = 0
         self.has_colours = False
         self.distance = detection.distance
+        self.surest = detection.confidence
         self.histogram: Histogram | None = detection.histogram
         self.looks = deque([detection], maxlen=params.posture_window)
         self._resting = resting
@@ -93,6 +95,7 @@ class Track:
         self._notice((detection.x, detection.y), self._params.position_sigma, now)
         self.hits.append(True)
         self.looks.append(detection)
+        self.surest = max(self.surest, detection.confidence)
         self._lie(detection, now)
         self.distance, self.seen, self.lost = detection.distance, now, False
         if detection.histogram is not None:
@@ -162,7 +165,12 @@ class Track:
         return statistics.mode(told) if told else "unknown"
 
     @property
+    def last(self) -> Sighting:
+        """When and from where the camera saw it last, with where it should be by now."""
+        return Sighting(self.seen, replace(self.as_user(), distance=self.distance), self.surest)
+
+    @property
     def came(self) -> Sighting:
         """Where and when it was seen first, with what is known by now."""
         time, detection = self._first
-        return Sighting(time, replace(self.as_user(), x=detection.x, y=detection.y))
+        return Sighting(time, replace(self.as_user(), x=detection.x, y=detection.y), self.surest)

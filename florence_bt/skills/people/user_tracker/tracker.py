@@ -6,7 +6,6 @@ import itertools
 import math
 import statistics
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +22,7 @@ from florence_bt.skills.people.user_tracker.leg_tracker import LegTracker
 from florence_bt.skills.people.user_tracker.lying_body import FLOOR_HEIGHT, LyingBodies
 from florence_bt.skills.people.user_tracker.parameters import TrackerParameters
 from florence_bt.skills.people.user_tracker.rejected_places import RejectedPlaces
-from florence_bt.skills.people.user_tracker.returning import Sighting, contradict, reach
+from florence_bt.skills.people.user_tracker.returning import contradict, is_doubtful, reach
 from florence_bt.skills.people.user_tracker.track import LOST_DISTANCE, Track
 
 
@@ -185,15 +184,18 @@ class UserTracker:
         away = math.dist(position, track.place)
         if distance > self._params.gate or away > reach(track.predicted - track.noticed, self._params):
             return math.inf
+        if is_doubtful(track.last, detection.confidence, away, self._params):
+            return math.inf
         spread = math.log(np.linalg.det(track.filter.innovation_covariance(self._params.position_sigma)))
         return distance + spread + self._colour_cost(track, detection)
 
     def _return_cost(self, track: Track, detection: Detection) -> float:
         """Return the cost for somebody seen again where they were seen last, or expected; else infinite."""
-        user = replace(track.as_user(), distance=track.distance)
-        seen = track.looks[-1]
+        user, seen = track.last.user, track.looks[-1]
         away = min(math.dist((detection.x, detection.y), (at.x, at.y)) for at in (user, seen))
         if away > self._params.return_margin or contradict(user, detection, self._params.height_tolerance):
+            return math.inf
+        if is_doubtful(track.last, detection.confidence, away, self._params):
             return math.inf
         return (away / self._params.return_margin) ** 2 + self._colour_cost(track, detection)
 
@@ -227,7 +229,7 @@ class UserTracker:
                     track.user_id, track.histogram, now, present, track.came
                 )
             if track.device_id and track.seen == now:
-                last = Sighting(now, track.as_user())
+                last = track.last
                 if track.has_walked:
                     self._rejected.forget(track.came.user.x, track.came.user.y)
                 else:

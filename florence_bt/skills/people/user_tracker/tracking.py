@@ -200,7 +200,7 @@ class UserTracking:
         self._forget_timer: Timer | None = None
         self._colour: Picture[ColourImage] | None = None
         self._known: KnownObstacles | None = None
-        self._last_stamp = float("-inf")
+        self._last_stamp = self._started = float("-inf")
         self._waiting: deque[Picture[DepthImage]] = deque()
         self._frames: Frames | None = None
         self._users = ports.output(USERS)
@@ -233,6 +233,7 @@ class UserTracking:
 
     def _start(self) -> None:
         self._tracker.start()
+        self._started = self._ports.clock.now()
         if self._forget_timer is not None:
             self._forget_timer.cancel()
             self._forget_timer = None
@@ -271,15 +272,15 @@ class UserTracking:
         """Forget readings, as the clock has jumped: what was on its way may have a useless stamp."""
         self._colour = None
         self._waiting.clear()
-        self._last_stamp = self._asked = float("-inf")
+        self._last_stamp = self._asked = self._started = float("-inf")
 
     def _take_colour(self, picture: Picture[ColourImage]) -> None:
         if self._tracker.running:
             self._colour = picture
 
     def _take_depth(self, picture: Picture[DepthImage]) -> None:
-        # A picture may still be on its way when the tracker stops.
-        if not self._tracker.running:
+        # A picture may still be on its way when the tracker stops, and when it starts again.
+        if not self._tracker.running or picture.stamp < self._started:
             return
         before = self._waiting[-1].stamp if self._waiting else self._last_stamp
         too_soon = 0.0 <= picture.stamp - before < self._params.period_s
@@ -376,7 +377,8 @@ class UserTracking:
         self._tell_of(users, depth.stamp)
         self._ask_second_source(depth.stamp)
         if self._goals.active:
-            self._feed_look(depth.stamp, users, robot, view.moved_by(odom))
+            shown = tuple(user for user in users if user.user_id in self._tracker.in_view)
+            self._feed_look(depth.stamp, shown, robot, view.moved_by(odom))
 
     def _take_scan(self, scan: LaserScan) -> None:
         """Go on with the legs of those whom the camera does not see."""
@@ -449,6 +451,8 @@ class UserTracking:
     def _feed_look(
         self, stamp: float, users: tuple[TrackedUser, ...], robot: Pose2, view: CameraView
     ) -> None:
+        if stamp < self._look.started:
+            return  # what was on its way shows where the robot was before, often while it turned
         before = self._look.users_seen
         self._look.feed(stamp, users, robot, undecided=self._tracker.undecided, view=view)
         if self._look.users_seen != before:
