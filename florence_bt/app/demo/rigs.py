@@ -39,6 +39,7 @@ def make_rig(
     hotspots: Hotspots | None = None,
     missions: MissionLibrary | None = None,
     links: Mapping[str, Link] | None = None,
+    drawn_people: bool = False,
 ) -> Rig:
     """Make a rig of a home with its map and hotspots.
 
@@ -58,6 +59,7 @@ def make_rig(
         hotspots: The rooms; those of the home when not given.
         missions: The missions; those of this installation when not given.
         links: How well topics are carried, by name; perfectly when not given.
+        drawn_people: As of :class:`RigSetting`.
 
     Raises:
         ConfigError: There is no such room or situation.
@@ -95,6 +97,7 @@ def make_rig(
             map_maker=_map_maker(config) if mapping else None,
             missions=missions,
             links=links or {},
+            drawn_people=drawn_people,
         )
     )
 

@@ -49,6 +49,7 @@ class RigRobot:
 
     Attributes:
         base: What simulates the base.
+        kinect: What renders the Kinect's pictures.
     """
 
     def __init__(
@@ -76,8 +77,12 @@ class RigRobot:
         )
         laser = LaserSensor(world, frames.lookup(BASE_FRAME, LASER_FRAME), seed + 2)
         connect_laser(wires.ports("hokuyo_node"), laser, world, of(HokuyoParameters, "hokuyo_node"), clock)
-        kinect = KinectSensor(world, frames.lookup(BASE_FRAME, CAMERA_FRAME), *PICTURE_SIZE, seed=seed + 4)
-        connect_kinect(wires.ports("kinect_node"), kinect, world, of(KinectParameters, "kinect_node"), clock)
+        self.kinect = KinectSensor(
+            world, frames.lookup(BASE_FRAME, CAMERA_FRAME), *PICTURE_SIZE, seed=seed + 4
+        )
+        connect_kinect(
+            wires.ports("kinect_node"), self.kinect, world, of(KinectParameters, "kinect_node"), clock
+        )
 
     @property
     def odometry(self) -> Odometry:
