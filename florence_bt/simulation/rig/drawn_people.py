@@ -29,6 +29,7 @@ from florence_bt.core.sensing import DepthImage
 from florence_bt.simulation.home.person import PersonSpec
 from florence_bt.simulation.home.world import SimulatedWorld
 from florence_bt.simulation.sensors.kinect_sensor import KinectSensor
+from florence_bt.simulation.sensors.people_view import PeopleView
 from florence_bt.skills.people.user_tracker.person_network import POSTURES, STRIDE, NetworkOutput, Pixels
 
 FILE = Path(__file__).parent / "drawn_people.yaml"
@@ -195,19 +196,21 @@ class DrawnPeople:
         somebody = False
         for spec in self._world.people:
             shown = view.shows(spec.name)
-            somebody |= bool(shown.any())
-            if shown.sum() and view.whole(spec.name) >= SMALLEST_PIXELS:
-                self._show(answers, spec, shown)
-        self._mistake(answers, self._shares.mistaken[somebody])
+            if shown.any():
+                somebody = True
+                self._show(answers, spec, shown, view)
+        self._mistake(answers, view.robot, self._shares.mistaken[somebody])
         return NetworkOutput(answers.person, answers.middle, answers.posture)
 
-    def _show(self, answers: _Answers, spec: PersonSpec, mine: NDArray[np.bool_]) -> None:
-        view = self._sensor.view
+    def _show(self, answers: _Answers, spec: PersonSpec, mine: NDArray[np.bool_], view: PeopleView) -> None:
+        whole = view.whole(spec.name)
+        if whole < SMALLEST_PIXELS:
+            return
         at = self._world.person_pose(spec.name)
         drawn = self._drawn(spec.name, view.robot, (at.x, at.y))
         kind = kind_of(spec)
         distance = math.dist(view.camera, (at.x, at.y))
-        chance = self._shares.chance(kind, min(1.0, mine.sum() / view.whole(spec.name)), distance)
+        chance = self._shares.chance(kind, min(1.0, mine.sum() / whole), distance)
         luck = math.sqrt(SAME) * drawn.noticed + math.sqrt(1.0 - SAME) * self._chance.standard_normal()
         if _NORMAL.cdf(luck) > chance:
             return
@@ -219,9 +222,8 @@ class DrawnPeople:
             does = (does + 1) % len(POSTURES)
         answers.vote(mine, view.robot.inverse().apply(x, y), _quantile(CONFIDENCE, drawn.confidence), does)
 
-    def _mistake(self, answers: _Answers, chance: float) -> None:
+    def _mistake(self, answers: _Answers, robot: Pose2, chance: float) -> None:
         """Take something for a person."""
-        robot = self._sensor.view.robot
         old = self._views.get("")
         drawn = self._drawn("", robot, (0.0, 0.0))
         points = answers.pixels.points[::STRIDE, ::STRIDE]
