@@ -100,6 +100,22 @@ FIGURES: tuple[Figures, ...] = (
         ("tools/trials.py", "packages/florence_sweep/florence_sweep/best_case.py", *_MISSIONS),
     ),
     Figures(
+        "notes/trials.md",
+        ("drawn trials",),
+        "tools/trials.py",
+        "--runs 30 --first 980001 --jobs 1 --drawn",
+        "--runs 1 --classes nobody --limit 5 --jobs 1 --drawn",
+        ("tools/trials.py", "tools/best_case.py", *_MISSIONS),
+    ),
+    Figures(
+        "notes/trials.md",
+        ("late trials",),
+        "tools/trials.py",
+        "--runs 30 --first 980001 --jobs 1 --late 0.15",
+        "--runs 1 --classes nobody --limit 5 --jobs 1 --late 0.15",
+        ("tools/trials.py", "tools/best_case.py", *_MISSIONS),
+    ),
+    Figures(
         "notes/follow.md",
         ("follow",),
         "tools/follow_trials.py",

@@ -78,6 +78,7 @@ class Trial:
         simulated: Simulated seconds of the mission.
         ideal: Seconds that it takes at best; None when that cannot be done.
         wall: Wall seconds of the mission.
+        drawn: Whether what the network for people says was drawn.
     """
 
     situation: str
@@ -93,6 +94,7 @@ class Trial:
     simulated: float
     ideal: float | None
     wall: float
+    drawn: bool = False
 
     @property
     def polite(self) -> bool:
@@ -127,6 +129,7 @@ def run_trial(
     runs: Path | None = None,
     limit_s: float = LONGEST_S,
     links: Mapping[str, Link] | None = None,
+    drawn: bool = False,
 ) -> Trial:
     """Run ``goto_user`` once.
 
@@ -139,6 +142,7 @@ def run_trial(
         runs: Where the run leaves its folder, None for nowhere.
         limit_s: Simulated seconds after which it is stopped.
         links: How well topics are carried, by name; perfectly when not given.
+        drawn: Whether what the network for people says is drawn in place of running it.
 
     Raises:
         ConfigError: The home has no place for such a person.
@@ -160,6 +164,7 @@ def run_trial(
         runs_folder=runs,
         flat=flat,
         links=links,
+        drawn_people=drawn,
     )
     best_cases = {spec.name: best_case(flat, rig.world, spec, flat.start) for spec in people}
     wall = time.perf_counter()
@@ -187,6 +192,7 @@ def run_trial(
         simulated=run.ended - run.started,
         ideal=best.way / speed + LOOK_S if best is not None and best.way is not None else None,
         wall=wall,
+        drawn=drawn,
     )
 
 
@@ -253,11 +259,23 @@ def table_of(trials: Sequence[Trial]) -> str:
     return (
         f"{table(SUMMARY, rows)}\n\n"
         f"{len(trials)} runs, {simulated:.0f} simulated seconds in {wall:.0f} seconds of one core "
-        f"({simulated / wall:.0f} times real time on the last machine)."
+        f"({simulated / wall:.0f} times real time on the last machine).{_drawn_text(trials)}"
+    )
+
+
+def _drawn_text(trials: Sequence[Trial]) -> str:
+    """Say so where no network has looked for people."""
+    if not any(trial.drawn for trial in trials):
+        return ""
+    return (
+        " No network has looked for people: what it would say was drawn from the shares of "
+        "[people.md](people.md#how-well)."
     )
 
 
 TABLE = RowTable("trials", Trial, table_of)
+DRAWN_TABLE = RowTable("drawn trials", Trial, table_of)
+LATE_TABLE = RowTable("late trials", Trial, table_of)
 
 
 def summary(title: str, trials: Sequence[Trial]) -> list[str]:
@@ -320,6 +338,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
         metavar="[TOPIC=]S",
         help="so late each message of a topic comes, seconds; of /tf each frame, without a topic everything",
     )
+    parser.add_argument(
+        "--drawn",
+        action="store_true",
+        help="draw what the network for people says, as often as it was right (docs/notes/people.md)",
+    )
     parser.add_argument("--write", type=Path, metavar="PAGE", help="a page with the marks of the table")
     parser.add_argument("--runs-folder", type=Path, help="folder for the runs' own folders")
     given = parser.parse_args(arguments)
@@ -335,6 +358,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         runs=given.runs_folder,
         limit_s=given.limit,
         links=dict(given.late),
+        drawn=given.drawn,
     )
     todo = [(name, seed) for name in classes for seed in range(given.first, given.first + given.runs)]
     trials = []
@@ -347,7 +371,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except FlorenceError as error:
         print(error, file=sys.stderr)
         return 2
-    TABLE.publish(trials, given.write, command_of("tools/trials.py", arguments))
+    table = DRAWN_TABLE if given.drawn else LATE_TABLE if given.late else TABLE
+    table.publish(trials, given.write, command_of("tools/trials.py", arguments))
     easy = [trial for trial in trials if trial.situation == "easy"]
     return 0 if sum(trial.good for trial in easy) >= len(easy) - 1 else 1
 

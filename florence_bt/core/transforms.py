@@ -73,7 +73,9 @@ class Transform3:
     @staticmethod
     def from_pose2(pose: Pose2) -> Transform3:
         """Make a transform from a motion in the plane z = 0."""
-        return Transform3.from_xyz_rpy((pose.x, pose.y, 0.0), (0.0, 0.0, pose.yaw))
+        c, s = math.cos(pose.yaw), math.sin(pose.yaw)
+        rotation = np.array(((c, -s, 0.0), (s, c, 0.0), (0.0, 0.0, 1.0)))
+        return Transform3(rotation, np.array((pose.x, pose.y, 0.0), float))
 
     def quaternion(self) -> tuple[float, float, float, float]:
         """Return the rotation as a unit quaternion (x, y, z, w) with w >= 0."""
@@ -352,8 +354,8 @@ class TransformBuffer:
 
     def _chain(self, frame: str, stamp: float | None, last: str | None = None) -> dict[str, Transform3]:
         """Return every ancestor of a frame with the transform to it, nearest first, up to ``last``."""
-        chain = {frame: Transform3.identity()}
-        here, so_far = frame, Transform3.identity()
+        chain, so_far = {frame: Transform3.identity()}, None
+        here = frame
         while here != last:
             if here in self._static:
                 parent, link = self._static[here]
@@ -364,7 +366,7 @@ class TransformBuffer:
                 return chain
             if parent in chain:
                 raise TransformUnavailable(f"the frames {parent!r} and {here!r} form a loop")
-            so_far = link @ so_far
+            so_far = link if so_far is None else link @ so_far
             chain[parent] = so_far
             here = parent
         return chain

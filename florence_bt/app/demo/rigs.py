@@ -42,6 +42,7 @@ def make_rig(
     links: Mapping[str, Link] | None = None,
     quality: SensorQuality = USUAL_QUALITY,
     change_skills: SkillChange = lambda skills, clock: skills,
+    drawn_people: bool = False,
 ) -> Rig:
     """Make a rig of a home with its map and hotspots.
 
@@ -63,6 +64,7 @@ def make_rig(
         links: How well topics are carried, by name; perfectly when not given.
         quality: How good the sensors are.
         change_skills: Given the skills and the clock, returns those that missions get.
+        drawn_people: As of :class:`RigSetting`.
 
     Raises:
         ConfigError: There is no such room or situation.
@@ -102,6 +104,7 @@ def make_rig(
             links=links or {},
             quality=quality,
             change_skills=change_skills,
+            drawn_people=drawn_people,
         )
     )
 

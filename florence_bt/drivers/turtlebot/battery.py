@@ -46,12 +46,26 @@ class Battery:
     doubts: tuple[str, ...] = ()
 
     def is_below(self, fraction: float) -> bool:
-        """Tell whether the charge is below a fraction of the capacity, or may be, as it is not known.
+        """Tell whether the charge is below a fraction of the capacity, or may be; 0 for never."""
+        return is_below(self.fraction, fraction)
 
-        Args:
-            fraction: 0 for never.
-        """
-        return fraction > 0.0 and (self.fraction is None or self.fraction < fraction)
+
+def is_below(charge: float | None, fraction: float) -> bool:
+    """Tell whether a charge is below a fraction of the capacity, or may be, as it is not known.
+
+    Args:
+        charge: As a fraction of the capacity; None when it is not known.
+        fraction: 0 for never.
+    """
+    return fraction > 0.0 and (charge is None or charge < fraction)
+
+
+def charge_fraction(state: SensorState) -> float | None:
+    """Return the charge as a fraction of the capacity, 0 to 1; None when it is not known."""
+    has_capacity = 0 < state.capacity <= MOST_CAPACITY_MAH
+    if not has_capacity or state.charge > MOST_OVER_CAPACITY * state.capacity:
+        return None
+    return min(1.0, state.charge / state.capacity)
 
 
 def battery_of(state: SensorState) -> Battery:
@@ -61,12 +75,12 @@ def battery_of(state: SensorState) -> Battery:
         state: All sensors.
     """
     has_capacity = 0 < state.capacity <= MOST_CAPACITY_MAH
-    has_charge = has_capacity and state.charge <= MOST_OVER_CAPACITY * state.capacity
+    fraction = charge_fraction(state)
     known = {
         "voltage": VOLTAGE_MV[0] <= state.voltage <= VOLTAGE_MV[1],
         "current": abs(state.current) <= MOST_CURRENT_MA,
         "temperature": TEMPERATURE_C[0] <= state.temperature <= TEMPERATURE_C[1],
-        "charge": has_charge,
+        "charge": fraction is not None,
         "capacity": has_capacity,
     }
     said = {
@@ -84,7 +98,7 @@ def battery_of(state: SensorState) -> Battery:
         float(state.temperature) if known["temperature"] else None,
         state.charge / 1000 if known["charge"] else None,
         state.capacity / 1000 if known["capacity"] else None,
-        min(1.0, state.charge / state.capacity) if known["charge"] else None,
+        fraction,
         tuple(f"the base says {text} for the {name}" for name, text in said.items() if not known[name]),
     )
 

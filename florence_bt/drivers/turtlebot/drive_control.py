@@ -164,7 +164,7 @@ class CommandAcknowledgement:
         reported = WheelSpeeds(
             round(1000.0 * state.requested_left_velocity), round(1000.0 * state.requested_right_velocity)
         )
-        if any(_near(wheels, reported) for _, wheels in self._sent):
+        if any(_near(wheels, reported) for _, wheels in reversed(self._sent)):
             self._unacknowledged_since, self.unresponsive = None, False
         elif self._unacknowledged_since is None or now < self._unacknowledged_since:
             self._unacknowledged_since = now

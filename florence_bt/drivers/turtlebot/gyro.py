@@ -292,8 +292,11 @@ class GyroWatch:
         newest, gyro_now = self._steps[-1][:2]
         if newest - self._steps[0][0] < 0.9 * window_s or abs(gyro_now) < limit_radps / 2.0:
             return None
-        steps = [step for step in self._steps if newest - step[0] <= window_s]
-        duration = newest - steps[0][0]
-        wheels = sum(step[2] for step in steps) / duration
-        gyro = sum(step[1] for step in steps) / len(steps)
+        wheels = gyro = 0.0
+        first, count = newest, 0
+        for stamp, rate, turn in self._steps:
+            if newest - stamp <= window_s:
+                first = stamp if count == 0 else first
+                wheels, gyro, count = wheels + turn, gyro + rate, count + 1
+        wheels, gyro = wheels / (newest - first), gyro / count
         return wheels, abs(gyro - wheels)

@@ -8,7 +8,7 @@ from __future__ import annotations
 import enum
 import math
 
-from florence_bt.drivers.turtlebot.battery import battery_of
+from florence_bt.drivers.turtlebot.battery import battery_of, charge_fraction, is_below
 from florence_bt.drivers.turtlebot.codec.packets import (
     BUMP_LEFT,
     BUMP_RIGHT,
@@ -168,7 +168,7 @@ def contact(
         return StopReason.BUMPER
     if docked:
         return StopReason.DOCK
-    return StopReason.BATTERY if battery_of(state).is_below(lowest_charge) else None
+    return StopReason.BATTERY if is_below(charge_fraction(state), lowest_charge) else None
 
 
 def lost_mode(state: SensorState, wanted: OiMode) -> StopReason | None:

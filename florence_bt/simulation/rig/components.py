@@ -32,6 +32,7 @@ from florence_bt.skills.navigation.navigate.navigation import (
 )
 from florence_bt.skills.navigation.navigate.parameters import NavigatorParameters
 from florence_bt.skills.people.approach_user.approaching import Approaching, ApproachParameters
+from florence_bt.skills.people.user_tracker.detector import Network, network_says
 from florence_bt.skills.people.user_tracker.parameters import (
     DetectorParameters,
     LookParameters,
@@ -115,8 +116,8 @@ def connect_navigation(wires: Wires, config: Config) -> Navigation:
     return Navigation(wires.ports("navigate"), navigator_parameters(config), own)
 
 
-def connect_user_tracking(wires: Wires, config: Config) -> None:
-    """Connect the user tracker."""
+def connect_user_tracking(wires: Wires, config: Config, network: Network = network_says) -> None:
+    """Connect the user tracker; ``network`` tells it what pictures show."""
     node = "user_tracker_ni_node"
     UserTracking(
         wires.ports(node),
@@ -124,6 +125,7 @@ def connect_user_tracking(wires: Wires, config: Config) -> None:
         parameters_of(DetectorParameters, config, node),
         parameters_of(TrackerParameters, config, node),
         parameters_of(LookParameters, config, node),
+        network=network,
     )
 
 

@@ -1,6 +1,6 @@
 """The Kinect of the rig: the driver and the component of the robot before a simulated one without a source.
 
-A frame is rendered when somebody reads its picture.
+Colours are rendered when somebody reads them.
 """
 
 from __future__ import annotations
@@ -71,7 +71,8 @@ def connect_kinect(
 
     def look() -> None:
         world.step_to(clock.now())
+        frame = kinect.depth()  # who reads it later sees the world as it is now
         seeing.take_colour(kinect.colours, clock.now())
-        seeing.take_depth(kinect.depth, clock.now())
+        seeing.take_depth(lambda: frame, clock.now())
 
     call_every(clock, KINECT_PERIOD_S, look)

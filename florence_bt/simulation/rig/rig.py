@@ -37,6 +37,7 @@ from florence_bt.simulation.rig.components import (
     connect_user_tracking,
     connect_voice,
 )
+from florence_bt.simulation.rig.drawn_people import DrawnPeople
 from florence_bt.simulation.rig.robot import BASE_FRAME, MAP_FRAME, USUAL_QUALITY, RigRobot, SensorQuality
 from florence_bt.simulation.rig.skills import rig_skills
 from florence_bt.simulation.rig.wires import Link, Wires
@@ -46,6 +47,7 @@ from florence_bt.skills.navigation.navigate.navigation import (
     SCANS,
 )
 from florence_bt.skills.navigation.navigate.navigator import FEET, Navigator
+from florence_bt.skills.people.user_tracker.detector import Network, network_says
 from florence_bt.trees.language.declarations import collect_declarations
 from florence_bt.trees.language.loader import MissionLibrary
 
@@ -77,6 +79,8 @@ class RigSetting:
         links: How well topics are carried, by name; perfectly without an entry.
         quality: How good the sensors are.
         change_skills: Given the skills and the clock, returns those that missions get; for faults.
+        drawn_people: Whether what the network for people says is drawn (:class:`DrawnPeople`): less time, for
+            large numbers of runs.
     """
 
     flat: Flat
@@ -95,6 +99,7 @@ class RigSetting:
     links: Mapping[str, Link] = field(default_factory=dict)
     quality: SensorQuality = USUAL_QUALITY
     change_skills: SkillChange = lambda skills, clock: skills
+    drawn_people: bool = False
 
 
 class Rig:
@@ -144,7 +149,10 @@ class Rig:
         self.locator = connect_locator(self.wires, setting.config, setting.hotspots, setting.user_room)
         connect_filters(self.wires, setting.config)
         self._navigation = connect_navigation(self.wires, setting.config)
-        connect_user_tracking(self.wires, setting.config)
+        network: Network = network_says
+        if setting.drawn_people:
+            network = DrawnPeople(self.world, self.robot.kinect, setting.seed).answer
+        connect_user_tracking(self.wires, setting.config, network)
         self.topics[FEET_SCAN].subscribe(self._note_scan)
         self.found: list[Pose2] = []
         self.scan: LaserScan | None = None

@@ -72,6 +72,7 @@ class RigRobot:
 
     Attributes:
         base: What simulates the base.
+        kinect: What renders the Kinect's pictures.
     """
 
     def __init__(
@@ -104,8 +105,10 @@ class RigRobot:
         # The axes of an optical frame: x to the right, y down, z ahead.
         pitched = Transform3.from_xyz_rpy((0.0, 0.0, 0.0), (-quality.camera_pitch, 0.0, 0.0))
         mount = frames.lookup(BASE_FRAME, CAMERA_FRAME) @ pitched
-        kinect = KinectSensor(world, mount, *PICTURE_SIZE, seed=seed + 4, parameters=quality.kinect)
-        connect_kinect(wires.ports("kinect_node"), kinect, world, of(KinectParameters, "kinect_node"), clock)
+        self.kinect = KinectSensor(world, mount, *PICTURE_SIZE, seed=seed + 4, parameters=quality.kinect)
+        connect_kinect(
+            wires.ports("kinect_node"), self.kinect, world, of(KinectParameters, "kinect_node"), clock
+        )
 
     @property
     def odometry(self) -> Odometry:

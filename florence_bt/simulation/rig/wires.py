@@ -276,6 +276,8 @@ class _WiredOutput(Generic[T]):
         """Send a value on its way."""
         message = SimpleNamespace(data=value) if self._plain else value
         sure = self._topic.delivery in (Delivery.RELIABLE, Delivery.LATCHED)
+        if not self._carried.listeners and self._topic.delivery is not Delivery.LATCHED:
+            return  # nobody hears it
         self._wires.carry(self._name, partial(self._carried.carry, message), value, sure=sure)
 
 
@@ -317,7 +319,7 @@ class Wires:
 
     def carry(self, name: str, deliver: Callable[[], None], value: Any = None, *, sure: bool = False) -> None:
         """Send something on its way over the link of a topic."""
-        link = self._links.get(name) or self._links.get(EVERY, PERFECT)
+        link = self._link_of(name)
         if link.drops and not sure and self._chance.random() < link.drops:
             return
         if link.silent_from <= self.clock.now() < link.silent_from + link.silent_for:
@@ -325,6 +327,17 @@ class Wires:
         if link.delay and hasattr(value, "read"):
             value.read()  # what a picture shows is of the moment at which it is taken
         self.clock.call_at(self.clock.now() + link.delay, deliver)
+
+    def carry_frame(self, parent: str, child: str, when: float, pose: Pose2) -> None:
+        """Send where a frame was to each component that keeps frames, over the link of all frames."""
+        if self._link_of(TRANSFORMS).drops:  # each loses its own
+            for buffer in self.buffers:
+                self.carry(TRANSFORMS, partial(_place, [buffer], parent, child, when, pose))
+        else:
+            self.carry(TRANSFORMS, partial(_place, [*self.buffers], parent, child, when, pose))
+
+    def _link_of(self, name: str) -> Link:
+        return self._links.get(name) or self._links.get(EVERY, PERFECT)
 
     def check_links(self) -> None:
         """Refuse links of which nothing is known, once everything is connected.
@@ -377,8 +390,7 @@ class WiredPorts:
 
     def send_frame(self, parent: str, child: str, when: float, pose: Pose2) -> None:
         """Publish where a frame was."""
-        for buffer in self._wires.buffers:
-            self._wires.carry(TRANSFORMS, partial(_place, buffer, parent, child, when, pose))
+        self._wires.carry_frame(parent, child, when, pose)
 
     def serve(self, service: Service, answer: Callable[[Any], Fields]) -> None:
         """Serve a service."""
@@ -413,5 +425,6 @@ class WiredPorts:
         self._wires.refused[source] += 1
 
 
-def _place(buffer: TransformBuffer, parent: str, child: str, when: float, pose: Pose2) -> None:
-    buffer.set_moving(parent, child, when, pose)
+def _place(buffers: list[TransformBuffer], parent: str, child: str, when: float, pose: Pose2) -> None:
+    for buffer in buffers:
+        buffer.set_moving(parent, child, when, pose)

@@ -20,6 +20,7 @@ from florence_bt.simulation.home.world import SimulatedWorld
 from florence_bt.simulation.sensors._camera_kernels import cast_image
 from florence_bt.simulation.sensors._image_kernels import shade, to_raw
 from florence_bt.simulation.sensors._surface_kernels import follow_pixels
+from florence_bt.simulation.sensors.people_view import PeopleView, people_view
 from florence_bt.simulation.sensors.scene import Lens
 
 
@@ -135,13 +136,22 @@ class KinectSensor:
                 self._rows,
             )
 
+    @property
+    def view(self) -> PeopleView:
+        """The people in the last depth image."""
+        robot, p = self._seen, self._parameters
+        assert robot is not None, "an image was taken"
+        place, picture = Transform3.from_pose2(robot) @ self._mount, (self._depth, self._rows)
+        measured = p.min_depth_m, p.max_depth_m
+        return people_view(self._world.scene, robot, place, self._lens, picture, measured)
+
     def colours(self, step: int = 1) -> NDArray[np.uint8]:
-        """Return the colours of the last depth image, if nothing has moved since; see :meth:`measure`.
+        """Return the colours of the last depth image; see :meth:`measure`.
 
         Args:
             step: So many columns and rows further is the next pixel that is wanted, a power of two.
         """
-        place = Transform3.from_pose2(self._world.robot_pose) @ self._mount
+        place = Transform3.from_pose2(self._seen or self._world.robot_pose) @ self._mount
         limit = self._parameters.colour_noise
         noise = self._colour_rng.integers(-limit, limit + 1, self._depth.shape, np.int8)
         depth, rows, noise = (

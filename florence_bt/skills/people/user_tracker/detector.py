@@ -21,7 +21,14 @@ from florence_bt.skills.people.user_tracker.appearance import Histogram, colour_
 from florence_bt.skills.people.user_tracker.evidence import Region
 from florence_bt.skills.people.user_tracker.known_obstacles import KnownObstacles
 from florence_bt.skills.people.user_tracker.parameters import DetectorParameters
-from florence_bt.skills.people.user_tracker.person_network import INPUT_SIZE, POSTURES, STRIDE, Pixels, infer
+from florence_bt.skills.people.user_tracker.person_network import (
+    INPUT_SIZE,
+    POSTURES,
+    STRIDE,
+    NetworkOutput,
+    Pixels,
+    infer,
+)
 
 _CELL = 0.05
 """Metres; side of the cells in which votes are counted."""
@@ -46,6 +53,14 @@ _TOP_PERCENT = 98.0
 
 
 _NOWHERE = np.zeros((0, 2), np.float32)
+
+
+Network = Callable[[DepthImage, Pixels], NetworkOutput]
+
+
+def network_says(_: DepthImage, pixels: Pixels) -> NetworkOutput:
+    """Ask the network that was trained."""
+    return infer(pixels)
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,6 +129,7 @@ def detect_people(
     *,
     known: KnownObstacles | None = None,
     robot: Pose2 | None = None,
+    network: Network = network_says,
 ) -> list[Detection]:
     """Find the people in a depth picture.
 
@@ -126,13 +142,14 @@ def detect_people(
         known: The map; together with ``robot`` it lowers the confidence in what stands where the map has
             something already, or knows nothing.
         robot: The robot frame in the map frame.
+        network: Tells of each part of the picture whether it shows a person.
 
     Returns:
         The people, nearest first, in the robot frame.
     """
     params = parameters or DetectorParameters()
     pixels = Pixels.of(depth, optical_in_base)
-    votes = _votes(pixels, params)
+    votes = _votes(pixels, network(depth, pixels), params)
     found: list[Detection] = []
     for mine in _groups(votes, params):
         detection = _judge(votes, mine, optical_in_base, params, (known, robot) if known and robot else None)
@@ -177,8 +194,7 @@ class _Votes:
     floor: NDArray[np.float32]
 
 
-def _votes(pixels: Pixels, params: DetectorParameters) -> _Votes:
-    output = infer(pixels)
+def _votes(pixels: Pixels, output: NetworkOutput, params: DetectorParameters) -> _Votes:
     depth = pixels.depth[::STRIDE, ::STRIDE]
     shows = (output.person >= params.minimum_probability) & np.isfinite(depth) & (depth > 0.0)
     rows, columns = np.nonzero(shows)

@@ -45,7 +45,7 @@ from florence_bt.core.transforms import Transform3, TransformTooOld, TransformUn
 from florence_bt.skills.people.user_tracker.bindings import LOOK_CODES_BY_NUMBER
 from florence_bt.skills.people.user_tracker.body_scan import body_scan
 from florence_bt.skills.people.user_tracker.camera_view import CameraView, view_of
-from florence_bt.skills.people.user_tracker.detector import detect_people
+from florence_bt.skills.people.user_tracker.detector import Network, detect_people, network_says
 from florence_bt.skills.people.user_tracker.evidence import Verdict, Verifier, verdicts
 from florence_bt.skills.people.user_tracker.known_obstacles import KnownObstacles
 from florence_bt.skills.people.user_tracker.laser_view import laser_view
@@ -173,6 +173,7 @@ class UserTracking:
         tracker: Of the tracker.
         look: Of looks.
         verifier: Is asked about candidates; None for nobody.
+        network: Tells what pictures show.
     """
 
     def __init__(
@@ -183,8 +184,10 @@ class UserTracking:
         tracker: TrackerParameters,
         look: LookParameters,
         verifier: Verifier | None = None,
+        network: Network = network_says,
     ) -> None:
         self._ports = ports
+        self._network = network
         self._params = parameters
         self._detector = detector
         # The first call loads the compiled loops, which takes as long as twenty pictures: not during a look.
@@ -369,7 +372,15 @@ class UserTracking:
         robot_in_odom, odom = self._robot_at(depth.stamp)
         robot = odom @ robot_in_odom
         colour = partial(self._colour_near, depth.stamp)
-        found = detect_people(depth, optical_in_base, colour, self._detector, known=self._known, robot=robot)
+        found = detect_people(
+            depth,
+            optical_in_base,
+            colour,
+            self._detector,
+            known=self._known,
+            robot=robot,
+            network=self._network,
+        )
         view = view_of(depth, optical_in_base, robot_in_odom)
         tracked = self._tracker.update(depth.stamp, [each.moved_by(robot_in_odom) for each in found], view)
         users = tuple(user.moved_by(odom) for user in tracked)
