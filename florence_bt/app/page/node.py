@@ -11,12 +11,11 @@ from typing import Any
 
 import numpy as np
 from action_msgs.msg import GoalStatus, GoalStatusArray
-from florence_interfaces.msg import RunState, StopReason, Zones
+from florence_interfaces.msg import RunState, RunTree, StopReason, Zones
 from florence_interfaces.srv import AnswerQuestion
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
 from nav_msgs.msg import Path as PathMsg
-from py_trees_ros_interfaces.msg import BehaviourTree
 from rclpy.qos import QoSProfile
 from sensor_msgs.msg import Image
 from sensor_msgs.msg import LaserScan as LaserScanMsg
@@ -24,9 +23,10 @@ from std_msgs.msg import String
 from visualization_msgs.msg import MarkerArray
 
 from florence_bt.app.page.endings import Silence, Tellers
-from florence_bt.app.page.parts import LiveParts, ShownNode, places_part, tree_parts
+from florence_bt.app.page.parts import LiveParts, places_part, tree_parts
 from florence_bt.app.page.pictures import camera_picture, costmap_picture, map_picture
 from florence_bt.app.runs.client import ACTIVE_STATES, is_paused
+from florence_bt.app.runs.run_trees import run_tree_from_ros
 from florence_bt.core.beam_ends import beam_ends
 from florence_bt.core.clock import call_every
 from florence_bt.core.diagnosis import Severity
@@ -48,7 +48,7 @@ from florence_bt.core.topic_names import (
     PLACE_STATUS,
     PLAN,
     RUN_STATE,
-    SNAPSHOTS,
+    RUN_TREE,
     SPEAKING,
     STOP_REASON,
     USER_MARKERS,
@@ -360,15 +360,15 @@ class SceneNode(FlorenceNode):
             self.create_subscription(GoalStatusArray, f"{action}/_action/status", take, LATCHED, **brief)
         self._tellers = {
             "plan": tellers_of(self, PLAN, self._forget_plan),
-            SNAPSHOTS: tellers_of(self, SNAPSHOTS, self._forget_tree),
+            RUN_TREE: tellers_of(self, RUN_TREE, self._forget_tree),
         }
         self.create_subscription(
             MarkerArray, USER_MARKERS, self._on_people, RELIABLE, newest_only=True, **brief
         )
         self._tree: bytes | None = None
         self._tree_due = -math.inf
-        self._decode_tree = self._decoded(self._on_tree, SNAPSHOTS, BehaviourTree)
-        self.create_subscription(BehaviourTree, SNAPSHOTS, self._on_tree_bytes, LATCHED, raw=True, **brief)
+        self._decode_tree = self._decoded(self._on_tree, RUN_TREE, RunTree)
+        self.create_subscription(RunTree, RUN_TREE, self._on_tree_bytes, LATCHED, raw=True, **brief)
         self.create_subscription(PoseWithCovarianceStamped, AMCL_POSE, self._on_pose, LATCHED, **brief)
         self.create_timer(FOLLOW_S, self._follow_robot)
         page.begin_to_ask()
@@ -447,7 +447,7 @@ class SceneNode(FlorenceNode):
 
     def _forget_tree(self) -> None:
         self._tree = None
-        for name, value in tree_parts([], {}).items():
+        for name, value in tree_parts([]).items():
             self._parts.put(name, value)
 
     def _show(self, **changes: Any) -> None:
@@ -518,7 +518,7 @@ class SceneNode(FlorenceNode):
 
     def _on_tree_bytes(self, serialised: bytes) -> None:
         self._tree = serialised
-        self._tellers[SNAPSHOTS].heard()
+        self._tellers[RUN_TREE].heard()
 
     def _show_tree(self) -> None:
         """Decode the newest tree, as often as its size allows: 2,000 nodes take a quarter second."""
@@ -530,21 +530,8 @@ class SceneNode(FlorenceNode):
         end = self.steady.now()
         self._tree_due = end + (end - begin) / TREE_SHARE
 
-    def _on_tree(self, message: BehaviourTree) -> None:
-        numbers = {bytes(node.own_id.uuid): number for number, node in enumerate(message.behaviours)}
-        nodes = [
-            ShownNode(
-                node.name,
-                numbers.get(bytes(node.parent_id.uuid), -1),
-                node.type,
-                node.status,
-                node.message,
-                node.is_active,
-            )
-            for node in message.behaviours
-        ]
-        keys = {each.key: each.value for each in message.blackboard_on_visited_path}
-        for name, value in tree_parts(nodes, keys).items():
+    def _on_tree(self, message: RunTree) -> None:
+        for name, value in tree_parts(run_tree_from_ros(message).nodes).items():
             self._parts.put(name, value)
 
 
