@@ -19,7 +19,6 @@ import sys
 import tempfile
 import threading
 import time
-import uuid
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, closing, contextmanager
 from dataclasses import astuple, dataclass
@@ -34,7 +33,7 @@ VIEWERS = 10
 
 @dataclass(frozen=True, slots=True)
 class Load:
-    """How much is measured.
+    """The amount that is measured.
 
     Attributes:
         seconds: Wall seconds of each measurement.
@@ -73,8 +72,7 @@ _TICKS = os.sysconf("SC_CLK_TCK")
 def robot(nodes: int, tree_rate: float, name: str) -> None:
     """Say what a robot says while a mission runs, until killed: laser 10 Hz, transforms 20 Hz, tree."""
     import numpy as np
-    from florence_interfaces.msg import RunState
-    from py_trees_ros_interfaces.msg import BehaviourTree
+    from florence_interfaces.msg import RunState, RunTree
     from sensor_msgs.msg import LaserScan
 
     from florence_bt.core.geometry import Pose2
@@ -95,9 +93,9 @@ def robot(nodes: int, tree_rate: float, name: str) -> None:
     states = node.create_publisher(RunState, "florence_bt/run_state", LATCHED)
     states.publish(RunState(run_id=name, mission="patrol", state="ACTIVE"))
     scans = node.create_publisher(LaserScan, "filtered_scan", SENSOR)
-    trees = node.create_publisher(BehaviourTree, "florence_bt/snapshots", LATCHED)
+    trees = node.create_publisher(RunTree, "florence_bt/run_tree", LATCHED)
     frames = TransformBroadcaster(node)
-    tree = BehaviourTree(behaviours=list(_behaviours(nodes)))
+    tree = RunTree(mission="patrol", nodes=list(_nodes(nodes)))
     steps = 0
 
     def move() -> None:
@@ -113,8 +111,8 @@ def robot(nodes: int, tree_rate: float, name: str) -> None:
         scans.publish(scan)
 
     def tick() -> None:
-        leaf = tree.behaviours[-1]
-        leaf.message = f"step {steps}"
+        leaf = tree.nodes[-1]
+        leaf.says = f"step {steps}"
         trees.publish(tree)
 
     node.create_timer(0.05, move)
@@ -129,23 +127,13 @@ def robot(nodes: int, tree_rate: float, name: str) -> None:
         loop.spin_once(1.0)
 
 
-def _behaviours(count: int) -> Iterator[Any]:
-    """Yield the nodes of a running tree in which every tenth has children."""
-    from py_trees_ros_interfaces.msg import Behaviour
-    from unique_identifier_msgs.msg import UUID
+def _nodes(count: int, number: int = 0, depth: int = 0) -> Iterator[Any]:
+    """Yield the nodes of a running tree, each with ten below it as long as there are so many."""
+    from florence_interfaces.msg import TreeNode
 
-    ids = [UUID(uuid=list(uuid.uuid4().bytes)) for _ in range(count)]
-    for number in range(count):
-        children = range(10 * number + 1, min(10 * number + 11, count))
-        yield Behaviour(
-            name=f"node {number}",
-            own_id=ids[number],
-            parent_id=ids[(number - 1) // 10] if number else UUID(),
-            child_ids=[ids[child] for child in children],
-            type=2 if children else 1,
-            status=2,
-            is_active=True,
-        )
+    yield TreeNode(depth=depth, status=TreeNode.RUNNING, title=f"node {number}")
+    for child in range(10 * number + 1, min(10 * number + 11, count)):
+        yield from _nodes(count, child, depth + 1)
 
 
 # ---- the page and who looks at it -----------------------------------------------------------------------

@@ -202,6 +202,9 @@ APPROACH_STATUS = "approach_user/status"
 TREE = "florence_bt/tree"
 """``std_msgs/String``, latched: the tree of the run as text."""
 
+RUN_TREE = "florence_bt/run_tree"
+"""``florence_interfaces/RunTree``, latched: the run with the nodes of its tree, for those who show it."""
+
 SNAPSHOTS = "florence_bt/snapshots"
 """``py_trees_ros_interfaces/BehaviourTree``, latched: the tree of the run for viewers."""
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import re
 from collections.abc import Callable, Mapping, Sequence
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +21,7 @@ from florence_bt.mission_testing.values import read_duration, read_pose
 from florence_bt.runtime.events import RunEvent
 from florence_bt.runtime.executor import Executor
 from florence_bt.runtime.run import MissionRequest, MissionRun, RunIds, RunStatus, TriggerPolicy
+from florence_bt.trees.drawings.ascii import draw_rows
 from florence_bt.trees.language.loader import MissionLibrary
 
 __tracebackhide__ = True
@@ -170,7 +170,7 @@ class MissionTester:
             mission_map,
             self.declarations,
             self._board.calls,
-            partial(self.executor.render, whole=True),
+            lambda run: draw_rows(self.executor.nodes_of(run)) or run.tree,
             self._board.unused,
         )
         self.runs.append(test_run)

@@ -24,8 +24,7 @@ from florence_bt.runtime.run_environment import RunEnvironment
 from florence_bt.runtime.run_queue import RunQueue
 from florence_bt.runtime.tree_run import END_LIMIT_S, TreeRun
 from florence_bt.trees.checks.lint import check
-from florence_bt.trees.drawings.ascii import draw_rows
-from florence_bt.trees.drawings.folding import fold_calls
+from florence_bt.trees.drawings.ascii import TreeRow
 from florence_bt.trees.language.compile import CompiledTree
 from florence_bt.trees.language.findings import Finding, raise_first_error
 from florence_bt.trees.language.inputs import parse_inputs
@@ -118,7 +117,7 @@ class Executor:
 
     @property
     def blocked_by(self) -> str | None:
-        """Why no mission may start, or None."""
+        """Say why no mission may start, or None."""
         return next(iter(self._blocks.values()), None)
 
     # ---- the runs that are known ------------------------------------------------------------------------
@@ -138,32 +137,13 @@ class Executor:
                 return run
         return None
 
-    def render(
-        self,
-        run: MissionRun,
-        *,
-        whole: bool = False,
-        colour: bool = False,
-        visited_only: bool = False,
-        durations: bool = False,
-    ) -> str:
-        """Draw a run's ASCII tree: live for the current one, clean-ups included; the final one of others.
+    def nodes_of(self, run: MissionRun) -> tuple[TreeRow, ...]:
+        """Return the nodes of a run's tree with its clean-ups; of one that is over as they stood at its end.
 
-        Args:
-            run: The run.
-            whole: Whether called missions are shown with all their nodes, and not folded.
-            colour: Whether to colour the marks for a terminal.
-            visited_only: Whether to leave out nodes that were not reached.
-            durations: Whether nodes show how long they took, on the clock of the run.
+        There are none of a run that another process has built.
         """
-        rows = run.rows
-        if self._active is not None and run is self._active.run:
-            rows = self._active.rows()
-        elif not rows:
-            return run.tree
-        if not whole:
-            rows = fold_calls(rows)
-        return draw_rows(rows, colour=colour, visited_only=visited_only, durations=durations)
+        active = self._active
+        return active.rows() if active is not None and run is active.run else run.rows
 
     def tip(self) -> str:
         """Return the name of the node that the current run waits for, empty when nothing runs."""
@@ -192,6 +172,10 @@ class Executor:
             RequestRefused: Another mission runs, too many wait, or triggers are blocked.
         """
         self.reload()
+        return self.accept(request)
+
+    def accept(self, request: MissionRequest) -> MissionRun:
+        """Do what :meth:`trigger` does, with the missions as they were read last."""
         mission = self.library.get(request.mission)
         raise_first_error(mission.findings)
         inputs = parse_inputs(mission, request.inputs)

@@ -7,25 +7,60 @@ from typing import Any
 
 from florence_bt.behaviours.keys import readable
 from florence_bt.core.declaration import Kind
-from florence_bt.runtime.events import plain, seconds_text
+from florence_bt.runtime.events import plain
 from florence_bt.runtime.run import MissionRun, RunStatus
+from florence_bt.runtime.viewers.run_tree import RunTree
+from florence_bt.trees.drawings.ascii import TreeRow
+
+
+def run_tree(
+    run: MissionRun | None,
+    now: float,
+    warnings: Iterable[str] = (),
+    *,
+    nodes: tuple[TreeRow, ...] = (),
+    text: str = "",
+    accepted: str = "",
+) -> RunTree:
+    """Make what is shown of a run.
+
+    Args:
+        run: The run to describe, None when there was none yet.
+        now: The clock's time, for the duration of a running mission.
+        warnings: What else people should know, beside the run.
+        nodes: The nodes of its tree.
+        text: Its ASCII tree, where the nodes are not known.
+        accepted: Date and time (UTC) at which the run was accepted, empty to leave it out.
+    """
+    if run is None:
+        return RunTree(warnings=tuple(warnings))
+    return RunTree(
+        run_id=run.run_id,
+        mission=run.mission,
+        state=run.status.value,
+        caller=run.request.caller,
+        seconds=_seconds(run, now),
+        notes=tuple(line for line in (details_line(run, accepted), note_line(run)) if line),
+        nodes=nodes,
+        text=text,
+        outputs=dict(run.output_texts),
+        why=why_line(run),
+        warnings=tuple(warnings),
+    )
 
 
 def head_line(run: MissionRun, now: float) -> str:
     """Write one line: mission, status, duration, id and caller."""
-    parts = [
-        f"{run.mission}: {run.status.value}",
-        duration_text(run, now),
-        f"run {run.run_id}",
-        f"asked by {run.request.caller}",
-    ]
-    return " · ".join(part for part in parts if part)
+    return run_tree(run, now).head
 
 
 def duration_text(run: MissionRun, now: float) -> str:
     """Write how long a run took, or has taken; of one that died with its process what is known of it."""
-    text = seconds_text(run.started, run.ended if run.ended is not None else now)
-    return f"at least {text}" if text and run.status is RunStatus.ABORTED else text
+    return run_tree(run, now).took
+
+
+def _seconds(run: MissionRun, now: float) -> float | None:
+    return None if run.started is None else (now if run.ended is None else run.ended) - run.started
 
 
 _PARTS = {"x": Kind.LENGTH, "y": Kind.LENGTH, "yaw": Kind.ANGLE}
@@ -51,7 +86,7 @@ def values_text(values: Mapping[str, Any], kinds: Mapping[str, Kind]) -> str:
 
 def outputs_text(run: MissionRun) -> str:
     """Write the outputs of a run in one line, as the mission language writes them; empty without any."""
-    return ", ".join(f"{name}: {text}" for name, text in run.output_texts.items())
+    return run_tree(run, 0.0).outputs_line
 
 
 def _value(value: Any, kind: Kind | None) -> str:
@@ -81,23 +116,8 @@ def note_line(run: MissionRun) -> str:
 def status_text(
     run: MissionRun | None, tree: str, now: float, warnings: Iterable[str] = (), *, accepted: str = ""
 ) -> str:
-    """Write the whole status.
-
-    Args:
-        run: The run to describe, None when there was none yet.
-        tree: Its ASCII tree.
-        now: The clock's time, for the duration of a running mission.
-        warnings: What else people should know, beside the run.
-        accepted: Date and time (UTC) at which the run was accepted, empty to leave it out.
-    """
-    notes = [f"warning: {warning}" for warning in warnings]
-    if run is None:
-        return "\n".join(["no mission has run yet", *notes])
-    head = (head_line(run, now), details_line(run, accepted), note_line(run))
-    outputs = outputs_text(run)
-    results = (f"outputs {outputs}" if outputs else "", why_line(run))
-    parts = (*head, tree.rstrip("\n"), *results, *notes)
-    return "\n".join(part for part in parts if part)
+    """Write the whole status: what :func:`run_tree` has, with the ASCII tree of the run."""
+    return run_tree(run, now, warnings, accepted=accepted).text_with(tree)
 
 
 RUN_STATES: dict[RunStatus, str] = {

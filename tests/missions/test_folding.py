@@ -2,6 +2,8 @@
 
 import pytest
 
+from tests.unit.trees.dumps import run_dump
+
 MANY = 60
 FAR = "SUCCESS (user=(5 m, 2 m, 180 deg), distance=2 m, user_id=7, posture=standing)"
 CASES = {
@@ -39,7 +41,7 @@ def test_goto_user(robot, case):
     play = robot.start("goto_user")
     for _ in range(150):
         robot.advance(0.7)
-        folded, whole = robot.executor.render(play.run), play.tree
+        folded, whole = run_dump(robot.executor, play.run), play.tree
         assert len(folded.splitlines()) < MANY, folded
         assert set(lines_that_count(whole)) <= set(folded.splitlines())
         if play.done:
@@ -50,5 +52,5 @@ def test_goto_user(robot, case):
 def test_a_failure_inside_called_missions_is_shown_with_its_reason(robot):
     robot.mock("stop before them/**/navigate_to", "running 3 s, then FAILURE battery")
     play = robot.run("goto_user").assert_failed("battery")
-    failed = [line for line in robot.executor.render(play.run).splitlines() if play.reason in line]
+    failed = [line for line in run_dump(robot.executor, play.run).splitlines() if play.reason in line]
     assert failed and failed[-1].strip().startswith("[x] navigate to")

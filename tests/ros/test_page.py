@@ -23,11 +23,10 @@ pytest.importorskip("rclpy")
 connect = pytest.importorskip("websockets.sync.client").connect
 
 from action_msgs.msg import GoalStatus, GoalStatusArray  # noqa: E402
-from florence_interfaces.msg import RunState, StopReason  # noqa: E402
+from florence_interfaces.msg import RunState, RunTree, StopReason, TreeNode  # noqa: E402
 from florence_interfaces.srv import SetHotspot  # noqa: E402
 from geometry_msgs.msg import PoseStamped, Twist  # noqa: E402
 from nav_msgs.msg import Path as PathMsg  # noqa: E402
-from py_trees_ros_interfaces.msg import Behaviour, BehaviourTree  # noqa: E402
 from sensor_msgs.msg import BatteryState  # noqa: E402
 from sensor_msgs.msg import LaserScan as LaserScanMsg  # noqa: E402
 from std_msgs.msg import String  # noqa: E402
@@ -73,7 +72,7 @@ class Robot(FlorenceNode):
         self.goal = self.create_publisher(PoseStamped, "navigate/current_goal", LATCHED)
         self.battery = self.create_publisher(BatteryState, "battery_state", LATCHED)
         self.stop = self.create_publisher(StopReason, "turtlebot_node/stop_reason", LATCHED)
-        self.tree = self.create_publisher(BehaviourTree, "florence_bt/snapshots", LATCHED)
+        self.tree = self.create_publisher(RunTree, "florence_bt/run_tree", LATCHED)
         self.drives = self.create_publisher(GoalStatusArray, "navigate_to_pose/_action/status", LATCHED)
         self.moving = self.create_timer(0.05, self._tell)
 
@@ -210,7 +209,7 @@ def test_what_has_ended_goes(ros: Any, page: int) -> None:
     robot.battery.publish(BatteryState(percentage=0.5))
     robot.stop.publish(StopReason(code="bumper", text="the left bumper is pressed"))
     robot.goal.publish(pose_stamped_to_ros(Pose2(1.0, 1.0), "map", 0.0))
-    robot.tree.publish(BehaviourTree(behaviours=[Behaviour(name="greet")]))
+    robot.tree.publish(RunTree(mission="m", nodes=[TreeNode(status=TreeNode.RUNNING, title="greet")]))
     begin()
 
     def sees_all() -> bool:
@@ -249,7 +248,9 @@ def test_what_has_ended_goes(ros: Any, page: int) -> None:
 def test_who_says_nothing_is_told_with_the_seconds(ros: Any, page: int) -> None:
     robot = ros.add(Robot())
     viewer = Viewer(page)
-    ros.spin_until(lambda: viewer.take().get("override") and "base" not in viewer.parts["silent"])
+    ros.spin_until(
+        lambda: (now := viewer.take()).get("override") and "silent" in now and "base" not in now["silent"]
+    )
     ros.spin_until(lambda: "missions" in viewer.take()["silent"], what="that no mission server answers")
     ros.close_node(robot)
     ros.spin_until(lambda: viewer.take()["silent"].get("base", 0) >= 2, what="the driver's silence")

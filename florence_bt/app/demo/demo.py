@@ -16,10 +16,12 @@ from florence_bt.app.bringup.system import System
 from florence_bt.app.demo.pictures import PICTURE
 from florence_bt.app.runs.client import RunWatch
 from florence_bt.app.runs.live import LiveDisplay, LogDisplay, make_display
+from florence_bt.app.runs.run_trees import run_tree_from_ros
 from florence_bt.app.runs.screen import KEYS_OF_DEMO, print_status
 from florence_bt.app.runs.watching import RunFeed
 from florence_bt.core.errors import DeviceTimeout
 from florence_bt.core.geometry import Pose2
+from florence_bt.runtime.viewers.run_tree import RunTree
 from florence_bt.simulation.home.closeness import Closeness, closeness, closeness_text
 
 MISSION = "goto_user"
@@ -39,7 +41,7 @@ class DemoResult:
         succeeded: Whether the mission succeeded.
         reason: Why not, empty after success.
         duration: Simulated seconds from trigger to end.
-        tree: The final tree with head line and reason.
+        tree: The run with its final tree.
         run_folder: Where the run's files are.
         closeness: How the robot really stands to the person, None when nobody is at home.
         contacts: What the robot touched, by name.
@@ -48,7 +50,7 @@ class DemoResult:
     succeeded: bool
     reason: str
     duration: float
-    tree: str
+    tree: RunTree
     run_folder: Path
     closeness: Closeness | None
     contacts: tuple[str, ...]
@@ -106,7 +108,7 @@ def _run_mission(system: System, display: LiveDisplay | LogDisplay) -> DemoResul
         succeeded=status.state == "SUCCEEDED",
         reason=status.reason,
         duration=end - start,
-        tree=status.tree,
+        tree=run_tree_from_ros(status.run_tree),
         run_folder=folder,
         closeness=_closeness(client.truth),
         contacts=tuple(contact["name"] for contact in client.truth["contacts"]),

@@ -53,7 +53,7 @@ text."""
 
 
 class Roles(Protocol):
-    """Who may do what; the page's is ``Access`` of florence_page."""
+    """The rights of each viewer; those of the page are ``Access`` of florence_page."""
 
     @property
     def tokens(self) -> Mapping[str, Any]:
@@ -200,7 +200,7 @@ class Guard:
 
 
 class Answer:
-    """What is answered to one request: with the headers of every answer, whoever gives it.
+    """The answer to one request: with the headers of every answer, whoever gives it.
 
     Args:
         scope: The request.

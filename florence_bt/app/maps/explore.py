@@ -12,6 +12,8 @@ from rich.console import Console
 from florence_bt.app.bringup.signals import held_back
 from florence_bt.app.maps.watching import MapFiles, MapWatch
 from florence_bt.app.runs.client import MissionClient, RunWatch
+from florence_bt.app.runs.run_trees import run_tree_from_ros
+from florence_bt.runtime.viewers.run_tree import RunTree
 from florence_bt.skills.navigation.navigate.results import OUT_OF_REACH
 
 if TYPE_CHECKING:
@@ -80,25 +82,24 @@ def explore_home(files: MapFiles, console: Console, system: BringUp | None = Non
         watch.write(files)
         succeeded = bool(end.state == "SUCCEEDED")
         if succeeded:
-            console.out(end_sentence(end.tree))
+            console.out(end_sentence(run_tree_from_ros(end.run_tree)))
         else:
             console.out(f"the robot has not seen everything: {end.reason or end.state}")
             console.out("florence map explore goes on where it ended, while the system is up")
         return succeeded
 
 
-def end_sentence(status: str) -> str:
+def end_sentence(end: RunTree) -> str:
     """Tell how an exploration ended: whether the map is whole, how many looks it took, where the robot is.
 
     Args:
-        status: The status of the mission after its end, with its outputs as the mission language writes them;
-            those of a mission of one's own, which may be others, are told as they are.
+        end: The run of the mission after its end; the outputs of a mission of one's own, which may be others,
+            are told as they are.
     """
-    told = next((line for line in status.splitlines() if line.startswith("outputs ")), "the robot is done")
-    outputs = dict(re.findall(r"(\w+): (\w+)", told))
+    outputs = end.outputs
     if not outputs.keys() >= {"complete", "looks", "left_aside", "returned"}:
-        return told
-    where = re.search(f"{OUT_OF_REACH}: (.*)", status)
+        return f"outputs {end.outputs_line}" if outputs else "the robot is done"
+    where = next(filter(None, (re.search(f"{OUT_OF_REACH}: (.*)", node.says) for node in end.nodes)), None)
     open_at = f"at {where[1]}" if where else "where the robot got no further"
     whole = outputs["complete"] == "true"
     looks, aside = int(outputs["looks"]), int(outputs["left_aside"])

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import rclpy
 from florence_interfaces.msg import RunState
+from florence_interfaces.msg import RunTree as RunTreeMsg
 from florence_interfaces.srv import (
     AnswerQuestion,
     GetXYPhi,
@@ -32,7 +33,7 @@ from florence_bt.app.bringup.signals import held_back
 from florence_bt.core.closing import Closing, ending_anyway
 from florence_bt.core.errors import DeviceTimeout, FlorenceError
 from florence_bt.core.geometry import Pose2
-from florence_bt.core.topic_names import RUN_STATE, SAY, SIMULATOR_TRUTH, TREE
+from florence_bt.core.topic_names import RUN_STATE, RUN_TREE, SAY, SIMULATOR_TRUTH
 from florence_bt.ros.arguments import start_ros, where_else
 from florence_bt.ros.domain_neighbours import DomainNeighbours
 from florence_bt.ros.executor import SpinLoop
@@ -41,6 +42,7 @@ from florence_bt.ros.qos import LATCHED, RELIABLE
 
 if TYPE_CHECKING:
     from florence_bt.ros.robot_state import RobotState
+    from florence_bt.runtime.viewers.run_tree import RunTree
 
 ACTIVE_STATES = ("PENDING", "ACTIVE")
 """States of a run that is not over."""
@@ -68,6 +70,8 @@ MISSION_SERVER = "florence_bt"
 """Node name of the mission server."""
 RUN_MISSION = f"{MISSION_SERVER}/run_mission"
 """The service that starts missions."""
+STATUS_SERVICE = f"{MISSION_SERVER}/status"
+"""The service that tells how a run is."""
 
 
 class SystemNotThere(FlorenceError):
@@ -86,7 +90,7 @@ class MissionClient(Closing):
         name: Node name of this client.
 
     Attributes:
-        tree: The live tree as text, empty before the first.
+        told_tree: What was told last of a run and its tree, as a message; None before the first.
         state: The run of a mission that goes on, or the last one.
         state_is_told: Whether the mission server has told it: one that hangs is there and tells nothing.
         truth: What the simulator says is really so, while somebody follows it.
@@ -101,16 +105,16 @@ class MissionClient(Closing):
         self._loop = SpinLoop(self._context)
         self._loop.add(self.node)
         self._clients: dict[str, Any] = {}
-        self.tree = ""
+        self.told_tree: RunTreeMsg | None = None
         self.state = RunState(state="IDLE")
         self.state_is_told = False
         self.truth: Mapping[str, Any] = {}
-        self.node.create_subscription(String, TREE, self._on_tree, LATCHED)
+        self.node.create_subscription(RunTreeMsg, RUN_TREE, self._on_tree, LATCHED)
         self.node.create_subscription(RunState, RUN_STATE, self._on_state, LATCHED)
 
     @functools.cached_property
     def robot(self) -> RobotState:
-        """What is heard of the robot's state."""
+        """Listen to the robot's state, from the first use on."""
         from florence_bt.ros.robot_state import RobotState  # loads messages that few commands need
 
         return RobotState(self.node)
@@ -137,10 +141,16 @@ class MissionClient(Closing):
                 self._loop.remove(node)
                 node.destroy_node()
 
-    def tree_of(self, run_id: str) -> str:
-        """Return the live tree of a run, of any without an id; empty if the last message is of another."""
-        head = self.tree.partition("\n")[0].split(" · ")
-        return self.tree if not run_id or f"run {run_id}" in head else ""
+    def tree_of(self, run_id: str) -> RunTree | None:
+        """Return a run with its tree as it was told last, any run without an id; None if that was another."""
+        told = self.told_tree
+        if told is None or (run_id and told.run_id != run_id):
+            return None
+        from florence_bt.app.runs.run_trees import (
+            run_tree_from_ros,
+        )  # loads py_trees, which stop has no use for
+
+        return run_tree_from_ros(told)
 
     def follow_speech(self, show: Callable[[str], None]) -> None:
         """Call back with each sentence that the robot begins to say."""
@@ -304,20 +314,17 @@ class MissionClient(Closing):
         )
         return self.call(RunMission, RUN_MISSION, request)
 
-    def status(self, run_id: str = "", *, durations: bool = False, whole: bool = False) -> Any:
+    def status(self, run_id: str = "") -> Any:
         """Ask for the status of a run, or of the current or last one.
 
         Args:
             run_id: The run; empty for the current or last one.
-            durations: Whether the tree's text says how long nodes took.
-            whole: Whether called missions are shown with all their nodes, and not folded.
         """
-        question = MissionStatus.Request(run_id=run_id, durations=durations)
-        return self.call(MissionStatus, status_service(whole), question, repeat=True)
+        return self.call(MissionStatus, STATUS_SERVICE, MissionStatus.Request(run_id=run_id), repeat=True)
 
     def ask_status(self) -> Any:
         """Ask for the status without waiting; the answer comes in the future that is returned."""
-        return self.ask(MissionStatus, status_service(False), MissionStatus.Request())
+        return self.ask(MissionStatus, STATUS_SERVICE, MissionStatus.Request())
 
     def ask(self, service_type: Any, name: str, request: Any) -> Any:
         """Call a service without waiting; the answer comes in the future that is returned."""
@@ -361,8 +368,8 @@ class MissionClient(Closing):
         """Return the missions that the mission server has, with their inputs; see ListMissions."""
         return self.call(ListMissions, "florence_bt/list_missions", ListMissions.Request(), repeat=True)
 
-    def _on_tree(self, message: String) -> None:
-        self.tree = message.data
+    def _on_tree(self, message: RunTreeMsg) -> None:
+        self.told_tree = message
 
     def _on_state(self, message: RunState) -> None:
         self.state, self.state_is_told = message, True
@@ -410,11 +417,6 @@ class OpenQuestion:
             self._client.drop(asked, future)
         self._asked = (name, self._client.ask(service_type, name, request), now)
         return True
-
-
-def status_service(whole: bool) -> str:
-    """Name the service that gives the status, with called missions folded or with all their nodes."""
-    return "florence_bt/whole_status" if whole else "florence_bt/status"
 
 
 ASK_PERIOD_S = 2.0

@@ -20,10 +20,11 @@ from florence_bt.app.runs.screen import (
     Failures,
     Screen,
     ScreenView,
-    read_status,
     running_leaves,
 )
+from florence_bt.runtime.viewers.run_tree import RunTree
 from florence_bt.trees.drawings.ascii import MARKS, TreeRow
+from florence_bt.trees.drawings.folding import fold_calls
 
 FRAME_S = 0.1
 """Seconds between two pictures."""
@@ -54,16 +55,11 @@ class LiveDisplay:
         self._screen = Screen(keys, view=ScreenView(Detail.ALL if whole else None))
         self._keyboard = Keyboard()
         self._said: list[str] = []
-        self._shown = ("", "", "")
+        self._shown: tuple[RunTree | None, str] = (None, "")
         self._lock = threading.Lock()
         self._wake, self._waker = os.pipe()
         self._closing = False
         self._thread: threading.Thread | None = None
-
-    @property
-    def wants_all(self) -> bool:
-        """Whether every node is to be shown, also those of called missions."""
-        return self._screen.view.detail is Detail.ALL
 
     def say(self, line: str) -> None:
         """Print a line; while the screen is there, it shows the last one and all are printed afterwards."""
@@ -74,19 +70,18 @@ class LiveDisplay:
                 return
         _print(self._console, line)
 
-    def show(self, status: str, where: str = "", latest: str = "") -> None:
-        """Show a status from now on.
+    def show(self, tree: RunTree, where: str = "") -> None:
+        """Show a run from now on.
 
         Args:
-            status: The status; an empty one changes nothing.
+            tree: The run.
             where: Where the robot is, empty when nobody knows.
-            latest: A status that is newer or folded otherwise, whose failures count; the same when empty.
         """
-        if not status or (status, where, latest) == self._shown:
+        if (tree, where) == self._shown:
             return
-        self._shown = (status, where, latest)
+        self._shown = (tree, where)
         with self._lock:
-            self._screen.show(status, latest or status)
+            self._screen.show(tree)
             self._screen.where = where
             if self._thread is None:
                 self._thread = threading.Thread(target=self._run, name="terminal", daemon=True)
@@ -138,28 +133,30 @@ class LogDisplay:
 
     Attributes:
         left: False: nothing is read from a keyboard.
-        wants_all: False.
     """
 
     left = False
-    wants_all = False
 
     def __init__(self, console: Console) -> None:
         self._console = console
         self._running: set[tuple[str, str]] = set()
         self._failures = Failures()
+        self._shown: RunTree | None = None
 
     def say(self, line: str) -> None:
         """Print the line."""
         _print(self._console, line)
 
-    def show(self, status: str) -> None:
-        """Print what is new in a status."""
-        shown = read_status(status)
-        when = f"{shown.elapsed:>8}  " if shown.elapsed else "  "
-        for failure in self._failures.look(shown):
+    def show(self, tree: RunTree) -> None:
+        """Print what is new in a run."""
+        if tree is self._shown:
+            return
+        self._shown = tree
+        when = f"{tree.took:>8}  " if tree.took else "  "
+        nodes = fold_calls(tree.nodes)
+        for failure in self._failures.look(nodes, tree.took):
             self._say_row(when, TreeRow(0, Status.FAILURE, failure.title, failure.says))
-        leaves = [shown.rows[place] for place in running_leaves(shown.rows)]
+        leaves = [nodes[place] for place in running_leaves(nodes)]
         running = {(leaf.title, leaf.says): leaf for leaf in leaves if not leaf.left}
         for key, leaf in running.items():
             if key not in self._running:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from florence_interfaces.srv import MissionStatus
 
 from florence_bt.app.bringup.signals import held_back
-from florence_bt.app.runs.client import LOCATOR, MissionClient, RunWatch, status_service
+from florence_bt.app.runs.client import LOCATOR, STATUS_SERVICE, MissionClient, RunWatch
 from florence_bt.app.wrapping import hanging
 
 if TYPE_CHECKING:
@@ -60,7 +60,7 @@ def run_mission(
         if status is None:
             _say("the mission goes on; florence status shows it, florence stop stops it", console)
             return True
-        _print_end(status.tree, console, whole=whole)
+        _print_end(status, console, whole=whole)
         return bool(status.state == "SUCCEEDED")
 
 
@@ -71,7 +71,7 @@ def _stop(client: MissionClient, run_id: str, console: Console, *, whole: bool) 
     _say("the mission stops; another Ctrl-C does not wait for its end", console)
     watch = RunWatch(client, run_id)
     if client.spin_until(watch.over, STOP_BUDGET_S):
-        _print_end(watch.result().tree, console, whole=whole)
+        _print_end(watch.result(), console, whole=whole)
 
 
 def _watch(
@@ -109,27 +109,33 @@ def _watch(
 def show_status(run_id: str, console: Console, *, watch: bool, whole: bool = False) -> bool:
     """Print the status of a run, once or until Ctrl-C. False when no such run is known."""
     with MissionClient() as client:
-        client.expect(MissionStatus, status_service(whole))
-        from florence_bt.app.runs.screen import print_status  # while the mission server is being discovered
+        client.expect(MissionStatus, STATUS_SERVICE)
+        # While the mission server is being discovered.
+        from florence_bt.app.runs.run_trees import run_tree_from_ros
+        from florence_bt.app.runs.screen import print_status
 
-        status = client.status(run_id, durations=True, whole=whole)
+        status = client.status(run_id)
         if not watch:
-            print_status(status.tree, console)
+            if run_id and not status.found:
+                _say(status.tree, console)
+            else:
+                print_status(run_tree_from_ros(status.run_tree), console, unfolded=whole, durations=True)
             for line in _waiting_lines(status):
                 _say(line, console)
             return bool(status.found or not run_id)
-        client.tree = status.tree
+        client.told_tree = status.run_tree
         said: deque[str] = deque()
         client.follow_speech(said.append)
         _watch(client, "", console, said, headless=False, whole=whole)
     return True
 
 
-def _print_end(tree: str, console: Console, *, whole: bool) -> None:
+def _print_end(status: Any, console: Console, *, whole: bool) -> None:
     """Print how a run ended; without ``whole`` what was not reached is left out."""
+    from florence_bt.app.runs.run_trees import run_tree_from_ros
     from florence_bt.app.runs.screen import print_end
 
-    print_end(tree, console, whole=whole)
+    print_end(run_tree_from_ros(status.run_tree), console, whole=whole)
 
 
 def _say(line: str, console: Console) -> None:

@@ -17,8 +17,9 @@ from rich.cells import cell_len, chop_cells
 from rich.console import Console
 from rich.text import Text
 
-from florence_bt.trees.drawings.ascii import TreeRow, draw_rows, read_row
-from florence_bt.trees.drawings.folding import parents_of, ways_to_what_runs
+from florence_bt.runtime.viewers.run_tree import RunTree
+from florence_bt.trees.drawings.ascii import TreeRow, draw_rows
+from florence_bt.trees.drawings.folding import fold_calls, parents_of, ways_to_what_runs
 
 STYLES = {Status.SUCCESS: "green", Status.FAILURE: "red", Status.RUNNING: "bold cyan", Status.INVALID: "dim"}
 _ENDS = {"SUCCEEDED": "succeeded", "FAILED": "failed", "STOPPED": "was stopped", "ABORTED": "was aborted"}
@@ -33,38 +34,6 @@ KEYS_OF_DEMO = "q, Ctrl-C stop and end all"
 """What ``q`` and Ctrl-C do, for the line at the bottom."""
 LEAST_COLUMNS, LEAST_LINES = 60, 12
 """In a smaller terminal there are plain lines."""
-
-
-class ShownStatus(NamedTuple):
-    """The parts of a status (``runtime.status.status_text``).
-
-    Attributes:
-        head: The mission, its state, how long it has taken, its id and who asked.
-        notes: The lines between head and tree: inputs, notes.
-        rows: The nodes of the tree.
-        results: The lines after the tree: outputs, reason, warnings.
-    """
-
-    head: str
-    notes: tuple[str, ...] = ()
-    rows: tuple[TreeRow, ...] = ()
-    results: tuple[str, ...] = ()
-
-    @property
-    def elapsed(self) -> str:
-        """How long the run has taken, as the head line says; empty when it does not."""
-        return next((part for part in self.head.split(" · ")[1:] if re.fullmatch(r".*\d s", part)), "")
-
-
-def read_status(text: str) -> ShownStatus:
-    """Take a status apart."""
-    head, *lines = text.splitlines() or [""]
-    read = [read_row(line) for line in lines]
-    places = [place for place, row in enumerate(read) if row is not None]
-    if not places:
-        return ShownStatus(head, tuple(lines))
-    rows = tuple(row for row in read if row is not None)
-    return ShownStatus(head, tuple(lines[: places[0]]), rows, tuple(lines[places[-1] + 1 :]))
 
 
 class Detail(enum.IntEnum):
@@ -181,9 +150,9 @@ class Failures:
         self._now: dict[tuple[str, ...], str] | None = None
         self._seen: dict[tuple[str, ...], Failure] = {}
 
-    def look(self, status: ShownStatus) -> list[Failure]:
-        """Take a tree; return the failures that are new, the latest last."""
-        rows, parents = status.rows, parents_of(status.rows)
+    def look(self, rows: Sequence[TreeRow], took: str) -> list[Failure]:
+        """Take the nodes of a run that has taken so long; return its new failures, the latest last."""
+        parents = parents_of(rows)
         failing = {parent for row, parent in zip(rows, parents, strict=True) if row.status is Status.FAILURE}
         found = {
             tuple(way_to(rows, place)): row
@@ -197,7 +166,7 @@ class Failures:
                 continue
             before = self._seen.pop(way, None)
             times = 1 if before is None else before.times + 1
-            when = status.elapsed if self._now is not None else ""
+            when = took if self._now is not None else ""
             self._seen[way] = Failure(when, row.title, row.says, times)
             new.append(self._seen[way])
         self._now = {way: row.says for way, row in found.items()}
@@ -233,29 +202,32 @@ class Screen:
 
     Attributes:
         keys: What the keys do that the caller has: ``q leave``.
-        status: What is shown.
+        tree: The run that is shown.
         where: Where the robot is; empty when nobody knows.
         said: What was said beside, the last line is shown.
         view: What is wanted.
     """
 
     keys: str = KEYS_OF_STATUS
-    status: ShownStatus = field(default_factory=lambda: ShownStatus(""))
+    tree: RunTree = field(default_factory=RunTree)
     where: str = ""
     said: str = ""
     view: ScreenView = field(default_factory=ScreenView)
     _failures: Failures = field(default_factory=Failures)
+    _folded: Sequence[TreeRow] = ()
     _size: tuple[int, int] = (80, 24)
-    _run: str = ""
 
-    def show(self, status: str, latest: str = "") -> None:
-        """Take a newer status; failures are those of ``latest``, the same when it is empty."""
-        self.status = read_status(status)
-        run = next((part for part in self.status.head.split(" · ") if part.startswith("run ")), "")
-        if run != self._run:
-            self._run = run
+    def show(self, tree: RunTree) -> None:
+        """Take a newer state of a run."""
+        if tree.run_id != self.tree.run_id:
             self._failures.begin()
-        self._failures.look(read_status(latest or status))
+        self.tree, self._folded = tree, fold_calls(tree.nodes)
+        self._failures.look(self._folded, tree.took)
+
+    @property
+    def _rows(self) -> Sequence[TreeRow]:
+        """The nodes of which it chooses: called missions are folded unless all is wanted."""
+        return self.tree.nodes if self.view.detail is Detail.ALL else self._folded
 
     # ---- keys ---------------------------------------------------------------------------------------------
 
@@ -341,8 +313,9 @@ class Screen:
         rich = max((lines - 12) // 6, 0)
         most = 1 + max(rich, int(lines > LEAST_LINES + 1))
         drawn = [self._head()]
-        drawn += [Text(note, "dim") for note in self.status.notes[:rich]]
-        leaves = [self.status.rows[place] for place in running_leaves(self.status.rows)]
+        drawn += [Text(note, "dim") for note in self.tree.notes[:rich]]
+        rows = self._rows
+        leaves = [rows[place] for place in running_leaves(rows)]
         if self.where:
             drawn += _labelled("where", [self.where], columns, most)
         if leaves:
@@ -350,21 +323,22 @@ class Screen:
         for place, failure in enumerate(self._failures.last(1 + rich // 2)):
             label, room = ("failed", min(most, 2)) if place == 0 else ("", 1)
             drawn += _labelled(label, [self._failure(failure)], columns, room, "red")
-        for result in self.status.results[-1 - rich :]:
+        for result in self.tree.endings[-1 - rich :]:
             drawn += [Text(line) for line in _wrapped(result, columns)[: 1 + rich]]
         if self.said:
             drawn.append(Text(self.said, "yellow"))
         return drawn
 
     def _head(self) -> Text:
-        parts = self.status.head.split(" · ")
-        columns = self._size[0]
-        if cell_len(self.status.head) > columns:
-            parts = [part for part in parts if not part.startswith("run ")]
-        mission, colon, state = parts[0].partition(": ")
-        head = Text(f"{mission}{colon}", "bold")
-        head.append(state, _STATE_STYLES.get(state, "bold cyan"))
-        return head.append("".join(f" · {part}" for part in parts[1:]))
+        tree = self.tree
+        if not tree.mission:
+            return Text(tree.head, "bold")
+        facts = tree.facts
+        if cell_len(tree.head) > self._size[0]:
+            facts = tree.facts_without_id
+        head = Text(f"{tree.mission}: ", "bold")
+        head.append(tree.state, _STATE_STYLES.get(tree.state, "bold cyan"))
+        return head.append("".join(f" · {fact}" for fact in facts))
 
     def _failure(self, failure: Failure) -> str:
         facts = [f"{failure.times} times, last"] if failure.times > 1 else []
@@ -385,10 +359,10 @@ class Screen:
         return Text(f"──{title}{'─' * max(self._size[0] - len(title) - 2, 0)}", "dim")
 
     def _detail(self) -> Detail:
-        """How much is shown: what is wanted, or as much as there is room for."""
+        """Decide how much is shown: what is wanted, or as much as there is room for."""
         if self.view.detail is not None:
             return self.view.detail
-        visited = lines_of(self.status.rows, Detail.VISITED)
+        visited = lines_of(self._rows, Detail.VISITED)
         return Detail.VISITED if len(visited) <= self._room_for_tree() else Detail.FOLDED
 
     def _tree_lines(self) -> tuple[list[Text], list[int]]:
@@ -396,7 +370,7 @@ class Screen:
         wrap = self.view.detail is not None or self.view.top is not None
         drawn: list[Text] = []
         starts = []
-        for line in lines_of(self.status.rows, self._detail()):
+        for line in lines_of(self._rows, self._detail()):
             starts.append(len(drawn))
             drawn += draw_row(line.row, self._size[0], wrap=wrap)
         return drawn, starts
@@ -405,14 +379,14 @@ class Screen:
         """Return the first line that is shown of a tree that is scrolled through."""
         top = self.view.top
         if top is None:
-            shown = lines_of(self.status.rows, self._detail())
-            leaves = set(running_leaves(self.status.rows))
+            shown = lines_of(self._rows, self._detail())
+            leaves = set(running_leaves(self._rows))
             at = [start for start, line in zip(starts, shown, strict=True) if line.place in leaves]
             top = max((at[-1] if at else 0) - room + 2, 0)
         return max(min(top, count - room), 0)
 
     def _body(self, room: int) -> list[Text]:
-        rows, view = self.status.rows, self.view
+        rows, view = self._rows, self.view
         if view.top is None and view.detail is None:
             chosen = choose(lines_of(rows, self._detail()), rows, room)
             drawn = []
@@ -504,41 +478,43 @@ def _wrapped(text: str, columns: int) -> list[str]:
     return lines
 
 
-def print_status(status: str, console: Console, *, whole: bool = True) -> None:
-    """Print a status; laid out for a terminal, elsewhere as the mission server wrote it.
+def print_status(
+    tree: RunTree, console: Console, *, whole: bool = True, unfolded: bool = False, durations: bool = False
+) -> None:
+    """Print a run with its tree; laid out for a terminal, elsewhere as the mission server writes it.
 
     Args:
-        status: The status.
+        tree: The run.
         console: Where to print.
         whole: Whether what was not reached is listed, too.
+        unfolded: Whether called missions have all their nodes.
+        durations: Whether nodes tell how long they took.
     """
-    parts, columns = read_status(status), console.width
-    lines = lines_of(parts.rows, Detail.ALL if whole else Detail.VISITED)
-    if not console.is_terminal:
-        tree = draw_rows([line.row for line in lines], durations=True).splitlines()
-        drawn = [Text(line) for line in (parts.head, *parts.notes, *tree, *parts.results)]
+    columns = console.width if console.is_terminal else None
+    drawn = [Text(line) for line in _broken((tree.head, *tree.notes), columns)]
+    nodes = tree.nodes if unfolded else fold_calls(tree.nodes)
+    shown = lines_of(nodes, Detail.ALL if whole else Detail.VISITED)
+    rows = [node.row if durations else node.row._replace(seconds=None) for node in shown]
+    if columns and rows:
+        drawn += [line for row in rows for line in draw_row(row, columns, wrap=True)]
     else:
-        drawn = [Text(line) for text in (parts.head, *parts.notes) for line in _wrapped(text, columns)]
-        for line in lines:
-            drawn += draw_row(line.row, columns, wrap=True)
-        drawn += [Text(line) for text in parts.results for line in _wrapped(text, columns)]
+        drawn += [Text(line) for line in (draw_rows(rows, durations=True) or tree.text).splitlines()]
+    drawn += [Text(line) for line in _broken(tree.endings, columns)]
     console.print(Text("\n").join(drawn), soft_wrap=True)
 
 
-def print_end(status: str, console: Console, *, whole: bool = True) -> None:
-    """Print the status of a run that is over; on a terminal the last line says how it ended.
+def _broken(texts: Iterable[str], columns: int | None) -> list[str]:
+    """Break texts into lines of so many columns; None leaves them whole."""
+    return [line for text in texts for line in (_wrapped(text, columns) if columns else [text])]
+
+
+def print_end(tree: RunTree, console: Console, *, whole: bool = True) -> None:
+    """Print a run that is over; on a terminal the last line says how it ended.
 
     The head line, which says it, too, has scrolled away above a long tree.
     """
-    print_status(status, console, whole=whole)
+    print_status(tree, console, whole=whole)
     if console.is_terminal:
-        console.print(_verdict(read_status(status).head), soft_wrap=True)
-
-
-def _verdict(head: str) -> Text:
-    """Write how a run ended: ``goto_user succeeded after 34 s``."""
-    run, _, rest = head.partition(" · ")
-    mission, _, state = run.partition(": ")
-    verdict = Text(f"{mission} ").append(_ENDS.get(state, state), _STATE_STYLES.get(state, "bold"))
-    took = rest.partition(" · ")[0]
-    return verdict.append(f" after {took}" if took and not took.startswith("run ") else "")
+        verdict = Text(f"{tree.mission} ")
+        verdict.append(_ENDS.get(tree.state, tree.state), _STATE_STYLES.get(tree.state, "bold"))
+        console.print(verdict.append(f" after {tree.took}" if tree.took else ""), soft_wrap=True)

@@ -4,23 +4,24 @@ from __future__ import annotations
 
 import time
 
+from florence_interfaces.msg import RunTree as RunTreeMsg
 from florence_interfaces.srv import MissionStatus
 
-from florence_bt.app.runs.client import MissionClient, OpenQuestion, status_service
+from florence_bt.app.runs.client import STATUS_SERVICE, MissionClient, OpenQuestion
 from florence_bt.app.runs.live import LiveDisplay, LogDisplay
+from florence_bt.app.runs.run_trees import run_tree_from_ros
 from florence_bt.app.runs.whereabouts import Whereabouts
+from florence_bt.runtime.viewers.run_tree import RunTree
 
 PERIOD_S = 1.0
-"""Wall seconds between two questions for the status while the tree stays as it is: times go on."""
-SOONEST_S = 0.25
-"""The same when the tree has changed: the mission server has better things to do than to draw for viewers."""
+"""Wall seconds between two questions for the status: while the tree stays as it is, times go on."""
 
 
 class RunFeed:
     """Shows a run on a display.
 
-    The topic of the tree says at once what has changed. A screen shows more than it says, the times and every
-    node, so for a screen the mission server is asked; one question at a time.
+    The topic of the tree says at once what has changed, and nothing while only time goes on: then the mission
+    server is asked, one question at a time.
 
     Args:
         client: The client that is spun meanwhile.
@@ -35,26 +36,40 @@ class RunFeed:
         self._where = Whereabouts(client) if isinstance(display, LiveDisplay) else None
         self._question = OpenQuestion(client)
         self._asked_at = float("-inf")
-        self._asked_with: tuple[str, bool] = ("", False)
-        self._status = ""
+        self._told: RunTreeMsg | None = None
+        self._shown: RunTree | None = None
 
     def look(self) -> None:
         """Show what is new; call it often."""
-        tree = self._client.tree_of(self._run_id)
-        if isinstance(self._display, LogDisplay):
-            self._display.show(tree)
-            return
-        self._ask(tree)
-        where = self._where.text() if self._where is not None else ""
-        self._display.show(self._status or tree, where, latest=tree)
+        told = self._client.told_tree
+        if told is not self._told:
+            self._told = told
+            self._take(self._client.tree_of(self._run_id))
+        if isinstance(self._display, LiveDisplay):
+            self._ask()
+            where = self._where.text() if self._where is not None else ""
+            if self._shown is not None:
+                self._display.show(self._shown, where)
+        elif self._shown is not None:
+            self._display.show(self._shown)
 
-    def _ask(self, tree: str) -> None:
+    def _take(self, tree: RunTree | None) -> None:
+        """Keep the newest state of a run: an answer may be older than what the topic has told meanwhile."""
+        before = self._shown
+        if tree is None or (before is not None and before.run_id == tree.run_id and _is_older(tree, before)):
+            return
+        self._shown = tree
+
+    def _ask(self) -> None:
         answer = self._question.take()
         if answer is not None and answer.found:
-            self._status = answer.tree
-        now, wanted = time.monotonic(), (tree, self._display.wants_all)
-        passed = now - self._asked_at
-        if passed >= PERIOD_S or (wanted != self._asked_with and passed >= SOONEST_S):
-            request = MissionStatus.Request(run_id=self._run_id, durations=True)
-            if self._question.ask(MissionStatus, status_service(self._display.wants_all), request):
-                self._asked_at, self._asked_with = now, wanted
+            self._take(run_tree_from_ros(answer.run_tree))
+        now = time.monotonic()
+        if now - self._asked_at >= PERIOD_S:
+            request = MissionStatus.Request(run_id=self._run_id)
+            if self._question.ask(MissionStatus, STATUS_SERVICE, request):
+                self._asked_at = now
+
+
+def _is_older(one: RunTree, other: RunTree) -> bool:
+    return (one.seconds or 0.0) < (other.seconds or 0.0)

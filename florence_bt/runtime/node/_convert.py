@@ -6,6 +6,7 @@ import uuid
 from collections.abc import Mapping
 
 from diagnostic_msgs.msg import KeyValue as DiagnosticValue
+from florence_interfaces import msg as florence
 from florence_interfaces.msg import MissionInfo, MissionPort, RunState
 from py_trees_ros_interfaces.msg import Behaviour, BehaviourTree, KeyValue
 from unique_identifier_msgs.msg import UUID
@@ -13,7 +14,9 @@ from unique_identifier_msgs.msg import UUID
 from florence_bt.core.declaration import Port
 from florence_bt.runtime.run import MissionRun
 from florence_bt.runtime.status import RUN_STATES
-from florence_bt.runtime.viewers.snapshot import NodeSnapshot
+from florence_bt.runtime.viewers.run_tree import RunTree
+from florence_bt.runtime.viewers.snapshot import STATUS, NodeSnapshot
+from florence_bt.trees.drawings.ascii import TreeRow
 from florence_bt.trees.language.model import Mission
 from florence_bt.trees.language.quantities import format_value
 
@@ -26,6 +29,36 @@ def run_state_to_ros(run: MissionRun) -> RunState:
         state=RUN_STATES[run.status],
         code=run.code,
         reason=run.reason or run.paused,
+    )
+
+
+def run_tree_to_ros(tree: RunTree) -> florence.RunTree:
+    """Convert a run with its tree for those who show it."""
+    return florence.RunTree(
+        run_id=tree.run_id,
+        mission=tree.mission,
+        state=tree.state,
+        caller=tree.caller,
+        seconds=-1.0 if tree.seconds is None else tree.seconds,
+        notes=tree.notes,
+        nodes=[_row_to_ros(row) for row in tree.nodes],
+        text=tree.text,
+        output_names=list(tree.outputs),
+        output_values=list(tree.outputs.values()),
+        why=tree.why,
+        warnings=tree.warnings,
+    )
+
+
+def _row_to_ros(row: TreeRow) -> florence.TreeNode:
+    return florence.TreeNode(
+        depth=row.depth,
+        status=STATUS[row.status],
+        left=row.left,
+        call=row.call,
+        title=row.title,
+        says=row.says,
+        seconds=-1.0 if row.seconds is None else row.seconds,
     )
 
 

@@ -16,12 +16,15 @@ from florence_bt.ros.node import FlorenceNode
 from florence_bt.runtime.executor import Executor
 from florence_bt.runtime.journal import JournalReader
 from florence_bt.runtime.journal.text import tree_from_events
-from florence_bt.runtime.node._convert import mission_to_ros
+from florence_bt.runtime.node._convert import mission_to_ros, run_tree_to_ros
 from florence_bt.runtime.node._robot_goals import RobotGoals
 from florence_bt.runtime.requests import checked_text
 from florence_bt.runtime.run import MissionRun
-from florence_bt.runtime.status import status_text
+from florence_bt.runtime.status import run_tree
+from florence_bt.runtime.viewers.run_tree import RunTree
 from florence_bt.trees.checks.report import report_text
+from florence_bt.trees.drawings.ascii import draw_rows
+from florence_bt.trees.drawings.folding import fold_calls
 from florence_bt.trees.language.findings import ERROR, has_errors
 from florence_bt.trees.language.model import Mission
 
@@ -83,23 +86,26 @@ class Queries:
         run = self._missions.find(run_id or None)
         if run is None:
             return self._past_status(run_id, response)
-        tree = self._missions.render(
-            run,
-            whole=whole,
+        nodes = self._missions.nodes_of(run)
+        text = "" if nodes else run.tree
+        shown = run_tree(run, self._node.timebase.now(), self.warnings(), nodes=nodes, text=text)
+        tree = draw_rows(
+            nodes if whole else fold_calls(nodes),
             colour=request.colour,
             visited_only=request.visited_only,
             durations=request.durations,
         )
-        text = status_text(run, tree, self._node.timebase.now(), self._warnings())
-        return _filled(response, run, text)
+        return _filled(response, run, shown, tree or text)
 
-    def _warnings(self) -> list[str]:
+    def warnings(self) -> list[str]:
+        """Return what people should know beside any run."""
         return [*self._missions.warnings(), *self._late.sentences()]
 
     def _past_status(self, run_id: str, response: MissionStatus.Response) -> MissionStatus.Response:
         """Return the status of a run that is neither running, waiting nor the last one, from the journal."""
         if not run_id:
-            response.tree = status_text(None, "", 0.0, self._warnings())
+            shown = run_tree(None, 0.0, self.warnings())
+            response.tree, response.run_tree = shown.text_with(""), run_tree_to_ros(shown)
             return response
         try:
             with JournalReader(self._runs_folder) as journal:
@@ -113,9 +119,8 @@ class Queries:
             return response
         run = past.as_run()
         tree = past.tree or tree_from_events(events)
-        return _filled(
-            response, run, status_text(run, tree, run.ended or run.started or 0.0, accepted=past.accepted)
-        )
+        now = run.ended or run.started or 0.0
+        return _filled(response, run, run_tree(run, now, text=tree, accepted=past.accepted), tree)
 
     def _on_list(
         self, request: ListMissions.Request, response: ListMissions.Response
@@ -159,12 +164,14 @@ class Queries:
         return response
 
 
-def _filled(response: MissionStatus.Response, run: MissionRun, text: str) -> MissionStatus.Response:
+def _filled(
+    response: MissionStatus.Response, run: MissionRun, shown: RunTree, tree: str
+) -> MissionStatus.Response:
     response.found = True
     response.run_id, response.mission = run.run_id, run.mission
     response.state, response.code = run.status.value, run.code
     response.reason = run.reason or run.paused
     response.cause = run.why.path if run.why else ""
     response.caller = run.request.caller
-    response.tree = text
+    response.tree, response.run_tree = shown.text_with(tree), run_tree_to_ros(shown)
     return response

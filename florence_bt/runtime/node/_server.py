@@ -163,13 +163,15 @@ class MissionNode(FlorenceNode):
         """Open the services, the action and the topics."""
         runs_folder = Path(self._settings.runs_folder)
         self._triggers = Triggers(self, self._missions, runs_folder)
-        self._topics = RunTopics(self, self._missions, self._triggers.publish_feedback)
-        self._watching = Watching(self, lambda: self._missions.tree)
-        answers = next((skill for skill in self._skills.values() if isinstance(skill, AnswerWait)), None)
-        self._controls = Controls(self, self._missions, self._reload, self._robot_goals, answers)
         self._queries = Queries(
             self, self._missions, self._declarations, self._skills, runs_folder, self._robot_goals
         )
+        self._topics = RunTopics(
+            self, self._missions, self._triggers.publish_feedback, self._queries.warnings
+        )
+        self._watching = Watching(self, lambda: self._missions.tree)
+        answers = next((skill for skill in self._skills.values() if isinstance(skill, AnswerWait)), None)
+        self._controls = Controls(self, self._missions, self._reload, self._robot_goals, answers)
         self._missions.add_listener(self._on_event)
         self._queries.log_findings()
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Iterable
 from functools import cache
 from typing import NamedTuple
@@ -24,7 +23,6 @@ MARKS = {Status.SUCCESS: "[+]", Status.FAILURE: "[x]", Status.RUNNING: "[>]", St
 """Succeeded, failed, running, not reached."""
 STOPPED = "[-]"
 """Stopped before its end."""
-_STATUSES = {mark: status for status, mark in MARKS.items()}
 _INDENT = "    "
 
 _COLOURS = {
@@ -87,7 +85,7 @@ class TreeRow(NamedTuple):
 
     @property
     def running(self) -> bool:
-        """Whether it has not ended; with :attr:`left` it was stopped before its end."""
+        """Tell whether it has not ended; with :attr:`left` it was stopped before its end."""
         return self.status is Status.RUNNING
 
     @property
@@ -157,26 +155,6 @@ def draw_rows(
             continue
         lines.append(_line(row, colour, durations))
     return "\n".join(lines)
-
-
-_SHOWN_ROW = re.compile(
-    r"(?P<indent> *)(?P<mark>\[[ +x>-]\]) (?P<title>.*?)(?: \((?P<s>\d+\.\d) s\))?(?: -- (?P<says>.*))?"
-)
-
-
-def read_row(line: str) -> TreeRow | None:
-    """Read a line that :func:`draw_rows` drew without colours; None when it is no line of a tree.
-
-    Whether a node was left is known only of one that was stopped, and calls are not marked.
-    """
-    found = _SHOWN_ROW.fullmatch(line)
-    if found is None:
-        return None
-    left = found["mark"] == STOPPED
-    status = Status.RUNNING if left else _STATUSES[found["mark"]]
-    seconds = float(found["s"]) if found["s"] else None
-    depth = len(found["indent"]) // len(_INDENT)
-    return TreeRow(depth, status, found["title"], found["says"] or "", seconds, left)
 
 
 def _line(row: TreeRow, colour: bool, durations: bool) -> str:

@@ -62,12 +62,16 @@ class FindingList:
 
     @property
     def full(self) -> bool:
-        """Whether more was added than is ever shown."""
+        """Tell whether more was added than is ever shown."""
         return len(self.findings) > MAX_FINDINGS
 
     def error(self, position: Position, message: str, valid: Iterable[str] = ()) -> None:
         """Add an error."""
         self._add(position, ERROR, message, valid)
+
+    def add_error(self, error: ConfigError) -> None:
+        """Add what was raised about a part of the file."""
+        self.error(Position(error.line or 1, error.column or 1), error.problem, error.valid)
 
     def warning(self, position: Position, message: str, valid: Iterable[str] = ()) -> None:
         """Add a warning."""

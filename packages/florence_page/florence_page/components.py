@@ -6,12 +6,11 @@ from collections.abc import Sequence
 from typing import Any
 
 from nicegui.element import Element
-from py_trees.common import Status
 
 from florence_bt.core.geometry import Pose2, normalize_angle
 from florence_bt.runtime.journal.text import ReachedNode
 from florence_bt.skills.robot_description.room import RoomParameters
-from florence_bt.trees.drawings.ascii import MARKS, STOPPED
+from florence_page.parts import NOT_REACHED, SIGNS
 
 _LIVE = {"florence-live": "components/live"}
 
@@ -52,10 +51,6 @@ class MapView(Element, component="components/map_view.js", esm=_LIVE):
         self.run_method("show_way", points)
 
 
-_SIGNS = {MARKS[Status.SUCCESS]: "+", MARKS[Status.FAILURE]: "x", MARKS[Status.RUNNING]: ">", STOPPED: "-"}
-NOT_REACHED = "."
-
-
 class TreeView(Element, component="components/tree_view.js", esm=_LIVE):
     """The tree of the running mission, or of a recorded run.
 
@@ -77,7 +72,7 @@ class TreeView(Element, component="components/tree_view.js", esm=_LIVE):
         said = {}
         for node in reached:
             number = self._number[node.path]
-            signs[number] = _SIGNS[node.mark]
+            signs[number] = SIGNS[node.mark]
             if node.said:
                 said[number] = node.said
         self.run_method("show_marks", {"statuses": "".join(signs), "said": said})

@@ -11,19 +11,17 @@ from typing import Any
 
 import numpy as np
 from action_msgs.msg import GoalStatus, GoalStatusArray
-from florence_interfaces.msg import RunState, StopReason, Zones
+from florence_interfaces.msg import RunTree, Zones
 from florence_interfaces.srv import AnswerQuestion
-from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped
+from geometry_msgs.msg import PoseWithCovarianceStamped
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
 from nav_msgs.msg import Path as PathMsg
-from py_trees_ros_interfaces.msg import BehaviourTree
-from rclpy.qos import QoSProfile
 from sensor_msgs.msg import Image
 from sensor_msgs.msg import LaserScan as LaserScanMsg
-from std_msgs.msg import String
 from visualization_msgs.msg import MarkerArray
 
 from florence_bt.app.runs.client import ACTIVE_STATES, is_paused
+from florence_bt.app.runs.run_trees import run_tree_from_ros
 from florence_bt.core.beam_ends import beam_ends
 from florence_bt.core.clock import call_every
 from florence_bt.core.diagnosis import Severity
@@ -36,7 +34,6 @@ from florence_bt.core.topic_names import (
     AMCL_POSE,
     CLOCK,
     COLOUR_IMAGE,
-    CURRENT_GOAL,
     FILTERED_SCAN,
     GLOBAL_COSTMAP,
     HOTSPOTS,
@@ -44,24 +41,29 @@ from florence_bt.core.topic_names import (
     MAP,
     PLACE_STATUS,
     PLAN,
-    RUN_STATE,
-    SNAPSHOTS,
-    SPEAKING,
-    STOP_REASON,
+    RUN_TREE,
     USER_MARKERS,
     ZONES,
 )
 from florence_bt.core.transforms import TransformUnavailable
 from florence_bt.ros.conversions import colours_from_ros, grid_from_ros, pose_from_ros, scan_from_ros
+from florence_bt.ros.endings import Silence, tellers_of
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED, NO_EVENTS, RELIABLE, SENSOR
-from florence_bt.ros.robot_state import BATTERY, OVERRIDE, BatteryCharge, RobotState
-from florence_bt.ros.server_processes import DiscoveredServers
+from florence_bt.ros.robot_state import (
+    BATTERY,
+    DRIVE_GOAL,
+    HELD,
+    OVERRIDE,
+    RUN,
+    SPOKEN,
+    BatteryCharge,
+    RobotState,
+)
 from florence_bt.ros.tf import TransformListener
 from florence_bt.skills.locator.hotspots import Hotspots
 from florence_bt.skills.locator.markers import hotspots_from_ros
-from florence_page.endings import Silence, Tellers
-from florence_page.parts import LiveParts, ShownNode, places_part, tree_parts
+from florence_page.parts import LiveParts, places_part, tree_parts
 from florence_page.pictures import camera_picture, costmap_picture, map_picture
 
 MAP_FRAME, BASE_FRAME = "map", "base_link"
@@ -95,6 +97,8 @@ ACTIVE_GOALS = (GoalStatus.STATUS_ACCEPTED, GoalStatus.STATUS_EXECUTING, GoalSta
 TREE_SHARE = 0.08
 """Part of the time that goes into the tree, at most."""
 BASE, MISSIONS = "base", "missions"
+NAVIGATION = frozenset({"navigation", "navigate"})
+"""The process that drives the robot, and with ``--split`` that of its node."""
 ASK_S = 0.5
 """How often the mission server is asked whether a mission waits for an answer, while somebody looks."""
 
@@ -142,20 +146,22 @@ class PageNode(FlorenceNode):
         self._answers = self.create_client(AnswerQuestion, "florence_bt/answer")
         self._asked: Any = None
         self._asked_until = -math.inf
-        self._tellers: list[Tellers] = []
+        # That the process of navigation runs is the supervisor's word; without one nobody denies it.
+        self._navigation: Heard[bool] = Heard(self.robot.time, ASK_S)
+        self._navigation.take(True)
         self._subscribe_to_states()
         self._put()
-        self.create_timer(LOOK_S, self._look_who_is_left)
+        self.create_timer(LOOK_S, self.robot.look_who_is_left)
         self.create_timer(ASK_S, self._note_silence)
 
     @property
     def simulated(self) -> bool:
-        """Whether a simulation says what time it is."""
+        """Tell whether a simulation says what time it is."""
         return self.count_publishers(CLOCK) > 0
 
     @property
     def overridden(self) -> bool:
-        """Whether the manual override is on, as far as the base's driver has said."""
+        """Tell whether the manual override is on, as far as the base's driver has said."""
         return self.override.last is not None and self.override.last.on
 
     def add_picture(self, name: str, data: bytes) -> list[int]:
@@ -169,7 +175,7 @@ class PageNode(FlorenceNode):
 
     @property
     def questions(self) -> tuple[AskedQuestion, ...]:
-        """What missions wait to be answered, by the last word of the mission server, while that is new."""
+        """List what missions wait to be answered, by the mission server's last word, while that is new."""
         return self._questions if self.steady.now() < self._questions_until else ()
 
     def take_away(self, question: AskedQuestion) -> None:
@@ -201,7 +207,9 @@ class PageNode(FlorenceNode):
 
     def _note_silence(self) -> None:
         """Tell viewers who has said nothing for how many whole seconds, of those whose word is shown."""
-        heard = {BASE: self.override, MISSIONS: self._missions}
+        if not NAVIGATION & self.robot.processes_in_trouble().keys():
+            self._navigation.take(True)
+        heard = {BASE: self.override, MISSIONS: self._missions, "navigation": self._navigation}
         self.parts.put(
             "silent", {who: int(word.age) for who, word in heard.items() if word.freshness is Freshness.OLD}
         )
@@ -237,34 +245,12 @@ class PageNode(FlorenceNode):
         self.override = self.robot.listen(OVERRIDE, self._on_override)
         self._battery = self.robot.listen(BATTERY, self._show_ages)
         self.robot.listen_to_diagnostics()
-        goal = CURRENT_GOAL
-        self._show_told(RunState, RUN_STATE, self._on_run, LATCHED, gone=self._lose_run)
-        self._show_told(PoseStamped, goal, self._on_goal, LATCHED, gone=lambda: self.parts.put("goal", None))
-        self._show_told(StopReason, STOP_REASON, self._on_stop, LATCHED, gone=lambda: self._put(stop=""))
-        self._show_told(String, SPEAKING, self._on_speaking, LATCHED, gone=lambda: self._put(said=""))
-
-    def _show_told(
-        self,
-        kind: Any,
-        topic: str,
-        take: Callable[[Any], None],
-        qos: QoSProfile,
-        *,
-        gone: Callable[[], None],
-    ) -> None:
-        """Take what a topic tells until nobody is left who has told it."""
-        tellers = tellers_of(self, topic, gone)
-        self._tellers.append(tellers)
-
-        def on_message(message: Any) -> None:
-            take(message)
-            tellers.heard()
-
-        self.create_subscription(kind, topic, on_message, qos)
-
-    def _look_who_is_left(self) -> None:
-        for tellers in self._tellers:
-            tellers.look()
+        self._run_state = self.robot.listen(RUN, self._show_run, vouched_by=self._missions)
+        self._goal = self.robot.listen(DRIVE_GOAL, self._show_goal, vouched_by=self._navigation)
+        self._held = self.robot.listen(
+            HELD, lambda: self._put(stop=self._held.last or ""), vouched_by=self.override
+        )
+        self._spoken = self.robot.listen(SPOKEN, lambda: self._put(said=self._spoken.last or ""))
 
     def _put(self, **changes: Any) -> None:
         self._state |= changes
@@ -291,22 +277,20 @@ class PageNode(FlorenceNode):
             ],
         )
 
-    def _on_run(self, message: RunState) -> None:
-        names = ("run_id", "mission", "state", "code", "reason")
-        self._run = {name: getattr(message, name) for name in names} | {"paused": is_paused(message)}
+    def _show_run(self) -> None:
+        """Show the run; when the mission server is gone, nobody knows how it stands unless it had ended."""
+        told = self._run_state.last
+        if told is not None:
+            names = ("run_id", "mission", "state", "code", "reason")
+            self._run = {name: getattr(told, name) for name in names} | {"paused": is_paused(told)}
+        elif self._run["state"] in ACTIVE_STATES:
+            self._run |= {"state": GONE, "reason": "its mission server is gone"}
         self.parts.put("run", self._run)
 
-    def _lose_run(self) -> None:
-        """Say of a run that nobody knows how it stands; one that had ended has ended."""
-        if self._run["state"] in ACTIVE_STATES:
-            self._run |= {"state": GONE, "reason": "its mission server is gone"}
-            self.parts.put("run", self._run)
-
-    def _on_goal(self, message: PoseStamped) -> None:
-        self.parts.put("goal", _pose(pose_from_ros(message.pose)) if message.header.frame_id else None)
-
-    def _on_stop(self, message: StopReason) -> None:
-        self._put(stop=message.text)
+    def _show_goal(self) -> None:
+        told = self._goal.last
+        drives = told is not None and bool(told.header.frame_id)
+        self.parts.put("goal", _pose(pose_from_ros(told.pose)) if told is not None and drives else None)
 
     def _on_override(self) -> None:
         message = self.override.last
@@ -324,9 +308,6 @@ class PageNode(FlorenceNode):
                 "problem": message.problem,
             },
         )
-
-    def _on_speaking(self, message: String) -> None:
-        self._put(said=message.data)
 
 
 class SceneNode(FlorenceNode):
@@ -360,15 +341,15 @@ class SceneNode(FlorenceNode):
             self.create_subscription(GoalStatusArray, f"{action}/_action/status", take, LATCHED, **brief)
         self._tellers = {
             "plan": tellers_of(self, PLAN, self._forget_plan),
-            SNAPSHOTS: tellers_of(self, SNAPSHOTS, self._forget_tree),
+            RUN_TREE: tellers_of(self, RUN_TREE, self._forget_tree),
         }
         self.create_subscription(
             MarkerArray, USER_MARKERS, self._on_people, RELIABLE, newest_only=True, **brief
         )
         self._tree: bytes | None = None
         self._tree_due = -math.inf
-        self._decode_tree = self._decoded(self._on_tree, SNAPSHOTS, BehaviourTree)
-        self.create_subscription(BehaviourTree, SNAPSHOTS, self._on_tree_bytes, LATCHED, raw=True, **brief)
+        self._decode_tree = self._decoded(self._on_tree, RUN_TREE, RunTree)
+        self.create_subscription(RunTree, RUN_TREE, self._on_tree_bytes, LATCHED, raw=True, **brief)
         self.create_subscription(PoseWithCovarianceStamped, AMCL_POSE, self._on_pose, LATCHED, **brief)
         self.create_timer(FOLLOW_S, self._follow_robot)
         page.begin_to_ask()
@@ -447,7 +428,7 @@ class SceneNode(FlorenceNode):
 
     def _forget_tree(self) -> None:
         self._tree = None
-        for name, value in tree_parts([], {}).items():
+        for name, value in tree_parts([]).items():
             self._parts.put(name, value)
 
     def _show(self, **changes: Any) -> None:
@@ -518,7 +499,7 @@ class SceneNode(FlorenceNode):
 
     def _on_tree_bytes(self, serialised: bytes) -> None:
         self._tree = serialised
-        self._tellers[SNAPSHOTS].heard()
+        self._tellers[RUN_TREE].heard()
 
     def _show_tree(self) -> None:
         """Decode the newest tree, as often as its size allows: 2,000 nodes take a quarter second."""
@@ -530,28 +511,9 @@ class SceneNode(FlorenceNode):
         end = self.steady.now()
         self._tree_due = end + (end - begin) / TREE_SHARE
 
-    def _on_tree(self, message: BehaviourTree) -> None:
-        numbers = {bytes(node.own_id.uuid): number for number, node in enumerate(message.behaviours)}
-        nodes = [
-            ShownNode(
-                node.name,
-                numbers.get(bytes(node.parent_id.uuid), -1),
-                node.type,
-                node.status,
-                node.message,
-                node.is_active,
-            )
-            for node in message.behaviours
-        ]
-        keys = {each.key: each.value for each in message.blackboard_on_visited_path}
-        for name, value in tree_parts(nodes, keys).items():
+    def _on_tree(self, message: RunTree) -> None:
+        for name, value in tree_parts(run_tree_from_ros(message).nodes).items():
             self._parts.put(name, value)
-
-
-def tellers_of(node: FlorenceNode, topic: str, gone: Callable[[], object]) -> Tellers:
-    """Return who publishes a topic, with what to do when nobody is left who has told it."""
-    name = node.resolve_topic_name(topic)
-    return Tellers(DiscoveredServers(lambda: node.get_publishers_info_by_topic(name)).ids, gone)
 
 
 def _percent(battery: BatteryCharge | None) -> int | None:

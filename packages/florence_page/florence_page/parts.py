@@ -4,9 +4,13 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any
+
+from py_trees.common import Status
 
 from florence_bt.skills.locator.hotspots import Hotspot
+from florence_bt.trees.drawings.ascii import MARKS, STOPPED, TreeRow
+from florence_bt.trees.drawings.folding import parents_of
 
 
 class LiveParts:
@@ -40,44 +44,22 @@ class LiveParts:
         return frame, {name: number for name, (number, _) in parts.items()}
 
 
-class ShownNode(NamedTuple):
-    """A node of a tree for viewers.
-
-    Attributes:
-        name: Its name.
-        parent: The number of the node above it, -1 for the root.
-        kind: As in ``py_trees_ros_interfaces/Behaviour``.
-        status: As there.
-        says: What it says about itself.
-        active: Whether the last tick went through it.
-    """
-
-    name: str
-    parent: int
-    kind: int
-    status: int
-    says: str
-    active: bool
+NOT_REACHED = "."
+SIGNS = {**{mark: mark[1] for mark in (*MARKS.values(), STOPPED)}, MARKS[Status.INVALID]: NOT_REACHED}
+"""Mark of a node in a text -> its sign on the page."""
 
 
-_MARKS = {1: ".", 2: ">", 3: "+", 4: "x"}
-"""Status of a node in py_trees_ros_interfaces -> its sign."""
-
-
-def tree_parts(nodes: Sequence[ShownNode], keys: Mapping[str, str]) -> dict[str, Any]:
-    """Make the parts of a tree: ``tree``, which seldom changes, and ``marks``, where its nodes stand.
-
-    Args:
-        nodes: Its nodes.
-        keys: The keys that it uses, with their values.
-    """
+def tree_parts(nodes: Sequence[TreeRow]) -> dict[str, Any]:
+    """Make the parts of a tree: ``tree``, which seldom changes, and ``marks``, where its nodes stand."""
+    parents = parents_of(nodes)
     return {
-        "tree": [[node.name, node.parent, node.kind] for node in nodes],
+        "tree": [
+            [node.title, -1 if parent is None else parent]
+            for node, parent in zip(nodes, parents, strict=True)
+        ],
         "marks": {
-            "statuses": "".join(_MARKS.get(node.status, " ") for node in nodes),
-            "active": [number for number, node in enumerate(nodes) if node.active],
+            "statuses": "".join(SIGNS[node.mark] for node in nodes),
             "said": {number: node.says for number, node in enumerate(nodes) if node.says},
-            "keys": dict(keys),
         },
     }
 

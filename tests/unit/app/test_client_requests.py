@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
@@ -10,13 +11,19 @@ import pytest
 pytest.importorskip("rclpy")
 
 from builtin_interfaces.msg import Time
+from florence_interfaces.msg import RunTree as RunTreeMsg
+from py_trees.common import Status
 from rich.console import Console
 from typer.testing import CliRunner
 
 import florence_bt
 from florence_bt.app.runs import remote
 from florence_bt.app.runs.client import LOCATOR, RELOAD_BUDGET_S, MissionClient
+from florence_bt.app.runs.run_trees import run_tree_from_ros
 from florence_bt.cli.application import app
+from florence_bt.runtime.node._convert import run_tree_to_ros
+from florence_bt.runtime.viewers.run_tree import RunTree
+from florence_bt.trees.drawings.ascii import TreeRow
 
 
 class Recording(MissionClient):
@@ -109,17 +116,10 @@ def test_each_verb_calls_its_service(verb):
 
 def test_only_a_question_is_repeated():
     client = Recording()
-    client.status("R-1", durations=True)
+    client.status("R-1")
     ((kind, name, sent, options),) = client.calls
     assert (kind, name, options) == ("MissionStatus", "florence_bt/status", {"repeat": True})
-    assert sent["run_id"] == "R-1" and sent["durations"] is True
-
-
-def test_the_whole_tree_is_asked_for_elsewhere():
-    client = Recording()
-    client.status("R-1", whole=True)
-    ((kind, name, _, options),) = client.calls
-    assert (kind, name, options) == ("MissionStatus", "florence_bt/whole_status", {"repeat": True})
+    assert sent["run_id"] == "R-1"
 
 
 @pytest.fixture
@@ -132,7 +132,15 @@ def answering(monkeypatch):
     return install
 
 
-STATUS = {"found": True, "tree": "[+] m", "blocked_by": "", "unowned_goals": [], "waiting": []}
+TREE = RunTree(mission="m", state="RUNNING", run_id="R-1", caller="me", seconds=2.0)
+STATUS = {
+    "found": True,
+    "tree": "no run 'R-9' is known here",
+    "run_tree": run_tree_to_ros(replace(TREE, nodes=(TreeRow(0, Status.SUCCESS, "m", ""),))),
+    "blocked_by": "",
+    "unowned_goals": [],
+    "waiting": [],
+}
 
 
 def shown(run_id, answering, **changed):
@@ -153,7 +161,7 @@ def test_a_reload_also_reads_the_hotspots_where_there_is_a_locator(answering):
 
 
 def test_the_status_is_the_tree_and_what_keeps_missions_from_starting(answering):
-    assert shown("", answering) == (True, "[+] m\n")
+    assert shown("", answering) == (True, f"{TREE.head}\n[+] m\n")
     found, text = shown(
         "R-1",
         answering,
@@ -162,6 +170,7 @@ def test_the_status_is_the_tree_and_what_keeps_missions_from_starting(answering)
         waiting=["R-2", "R-3"],
     )
     assert found and text == (
+        f"{TREE.head}\n"
         "[+] m\n"
         "no mission may start: the override is on\n"
         "no mission owns the goal of spin (goal 1); florence stop ends it\n"
@@ -170,8 +179,26 @@ def test_the_status_is_the_tree_and_what_keeps_missions_from_starting(answering)
 
 
 def test_an_unknown_run_is_not_found_but_no_run_at_all_is_no_error(answering):
-    assert shown("R-9", answering, found=False)[0] is False
-    assert shown("", answering, found=False)[0] is True
+    assert shown("R-9", answering, found=False) == (False, "no run 'R-9' is known here\n")
+    assert shown("", answering, found=False, run_tree=RunTreeMsg()) == (True, "no mission has run yet\n")
+
+
+def test_a_run_of_an_earlier_process_is_shown_as_it_was_written_down(answering):
+    written = run_tree_to_ros(replace(TREE, text="[+] m\n    [-] wait 1 s"))
+    assert shown("R-1", answering, run_tree=written)[1] == f"{TREE.head}\n[+] m\n    [-] wait 1 s\n"
+
+
+def test_a_run_with_its_tree_comes_as_it_was_sent():
+    nodes = (
+        TreeRow(0, Status.RUNNING, "m (sequence)", "", 2.0),
+        TreeRow(1, Status.FAILURE, "drive", "too far", 0.0, left=True),
+        TreeRow(1, Status.RUNNING, "run go", "", None, left=True, call=True),
+        TreeRow(2, Status.INVALID, "wait 1 s", ""),
+        TreeRow(1, Status.SUCCESS, "rest", ""),
+    )
+    whole = replace(TREE, nodes=nodes, notes=("a", "b"), outputs={"x": "1 m"}, why="w", warnings=("v",))
+    for tree in (whole, RunTree(), RunTree(text="[+] m", mission="m")):
+        assert run_tree_from_ros(run_tree_to_ros(tree)) == tree
 
 
 @pytest.mark.parametrize(

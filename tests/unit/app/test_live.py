@@ -15,6 +15,8 @@ import pytest
 from rich.console import Console, ConsoleDimensions
 
 from florence_bt.app.runs.live import LiveDisplay, LogDisplay, make_display
+from florence_bt.runtime.viewers.run_tree import RunTree
+from tests.unit.app.written_trees import written_tree
 
 TREE = "goto: RUNNING\n[>] goto (sequence)\n    [+] find room\n    [>] navigate to -- driving [/bold] on\n"
 
@@ -30,17 +32,17 @@ def lines(console):
 
 def test_a_line_comes_when_a_leaf_begins_or_says_something_else(screen):
     display = LogDisplay(screen)
-    display.show("")
-    display.show("[+] all is over\n[-] or stopped")
+    display.show(RunTree())
+    display.show(written_tree("goto: SUCCEEDED\n[+] all is over"))
     assert lines(screen) == []
-    display.show(TREE)
-    display.show(TREE)
-    display.show(TREE.replace("find", "seek"))
+    display.show(written_tree(TREE))
+    display.show(written_tree(TREE))
+    display.show(written_tree(TREE.replace("find", "seek")))
     assert lines(screen) == ["  [>] navigate to -- driving [/bold] on"]
-    display.show(TREE.replace("RUNNING", "RUNNING · 7.5 s · run T-1").replace("driving", "turning"))
+    display.show(written_tree(TREE.replace("RUNNING", "RUNNING · 7.5 s").replace("driving", "turning")))
     assert lines(screen)[1:] == ["   7.5 s  [>] navigate to -- turning [/bold] on"]
-    display.show(f"{TREE}    [>] look\n")
-    display.show(TREE)
+    display.show(written_tree(f"{TREE}    [>] look\n"))
+    display.show(written_tree(TREE))
     assert lines(screen)[2:] == ["  [>] navigate to -- driving [/bold] on", "  [>] look"]
     display.close()
 
@@ -48,9 +50,9 @@ def test_a_line_comes_when_a_leaf_begins_or_says_something_else(screen):
 def test_each_new_failure_of_a_leaf_has_a_line(screen):
     display = LogDisplay(screen)
     first = TREE.replace("[+] find room", "[x] find room -- no [b] answer")
-    display.show(first)
-    display.show(first)
-    display.show("[x] goto\n    [x] drive -- too far")
+    display.show(written_tree(first))
+    display.show(written_tree(first))
+    display.show(written_tree("goto: FAILED\n[x] goto\n    [x] drive -- too far"))
     assert lines(screen) == [
         "  [x] find room -- no [b] answer",
         "  [>] navigate to -- driving [/bold] on",
@@ -152,7 +154,7 @@ def test_the_screen_takes_keys_and_gives_the_terminal_back(terminal):
     display = LiveDisplay(terminal.console)
     display.say("before")
     assert "before" in terminal.read() and terminal.echoes
-    display.show(TREE, where="in the hall")
+    display.show(written_tree(TREE), where="in the hall")
     first = terminal.wait_for("q leave")
     assert "\x1b[?1049h" in first and "in the hall" in first and not terminal.echoes
     display.say("the process 'people' answers again")
@@ -169,7 +171,7 @@ def test_the_screen_takes_keys_and_gives_the_terminal_back(terminal):
 
 def test_a_larger_terminal_is_used_at_once(terminal):
     display = LiveDisplay(terminal.console)
-    display.show(TREE.replace("driving", "driving " + "on " * 30 + "end"))
+    display.show(written_tree(TREE.replace("driving", "driving " + "on " * 30 + "end")))
     terminal.wait_for("follows")
     terminal.resize(200, 40)
     terminal.wait_for("─" * 150)
@@ -180,10 +182,10 @@ def test_a_terminal_that_takes_nothing_holds_nobody_up(terminal, monkeypatch):
     monkeypatch.setattr("florence_bt.app.runs.live.END_S", 0.2)
     display = LiveDisplay(terminal.console)
     begin = time.monotonic()
-    display.show(TREE)
+    display.show(written_tree(TREE))
     while display._thread is None or time.monotonic() < begin + 3.0:  # until the terminal is full
         one = time.monotonic()
-        display.show(TREE.replace("driving", f"driving {one} " + "x" * 5000))
+        display.show(written_tree(TREE.replace("driving", f"driving {one} " + "x" * 5000)))
         assert time.monotonic() - one < 1.0
         time.sleep(0.02)
     display.close()

@@ -8,6 +8,8 @@ import pytest
 
 pytest.importorskip("rclpy")
 
+from florence_interfaces.msg import RunTree as RunTreeMsg
+
 from florence_bt.app.runs import client as run_watch
 from florence_bt.app.runs.client import RunWatch, SystemNotThere
 from florence_bt.core.errors import DeviceTimeout
@@ -102,6 +104,8 @@ def test_that_time_is_bounded(client, monkeypatch):
 
 def test_the_tree_of_another_run_is_not_shown():
     """The topic keeps its last message: at the start of a run that is the end of the one before."""
-    text = "goto: RUNNING · 0.1 s · run T-002-goto · asked by x\n[>] goto -- run T-001-goto"
-    for run_id, shown in (("T-002-goto", text), ("T-001-goto", ""), ("T-002-goto_user", ""), ("", text)):
-        assert run_watch.MissionClient.tree_of(SimpleNamespace(tree=text), run_id) == shown
+    told = SimpleNamespace(told_tree=RunTreeMsg(run_id="T-002-goto", mission="goto"))
+    for run_id in ("T-002-goto", "T-001-goto", "T-002-goto_user", ""):
+        shown = run_watch.MissionClient.tree_of(told, run_id)
+        assert (shown is not None and shown.mission == "goto") == (run_id in ("T-002-goto", ""))
+    assert run_watch.MissionClient.tree_of(SimpleNamespace(told_tree=None), "") is None

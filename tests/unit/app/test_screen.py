@@ -10,8 +10,9 @@ import pytest
 from rich.cells import cell_len
 from rich.console import Console
 
-from florence_bt.app.runs.screen import KEYS_OF_DEMO, Screen, print_end, print_status, read_status
-from florence_bt.trees.drawings.ascii import draw_rows
+from florence_bt.app.runs.screen import KEYS_OF_DEMO, Screen, print_end, print_status
+from florence_bt.runtime.viewers.run_tree import RunTree
+from tests.unit.app.written_trees import written_tree
 
 HEAD = "goto_user: RUNNING · 21.4 s · run 20261127T131931Z-001-goto_user · asked by florence demo"
 TREE = """\
@@ -42,7 +43,7 @@ DEEP = f"{HEAD}\n" + "\n".join(
 
 def seen(status, columns=80, lines=24, where="", keys=(), screen=None):
     screen = screen or Screen()
-    screen.show(status)
+    screen.show(written_tree(status))
     screen.where = where
     screen.draw(columns, lines)
     for key in keys:
@@ -53,12 +54,11 @@ def seen(status, columns=80, lines=24, where="", keys=(), screen=None):
     return drawn
 
 
-def test_the_parts_of_a_status():
-    status = read_status(STATUS)
-    assert status.head == HEAD and status.notes == ("inputs room='study'",)
-    assert status.results == ("warning: the battery is low",) and status.elapsed == "21.4 s"
-    assert draw_rows(status.rows, durations=True) == TREE
-    assert read_status("no mission has run yet").head == "no mission has run yet"
+def test_before_the_first_mission_the_screen_says_so():
+    screen = Screen()
+    screen.show(RunTree(warnings=("the journal cannot be written",)))
+    drawn = [line.plain for line in screen.draw(80, 24)]
+    assert drawn[0] == "no mission has run yet" and "warning: the journal cannot be written" in drawn
 
 
 def test_what_the_robot_does_where_for_how_long_and_what_failed():
@@ -139,12 +139,12 @@ def test_nothing_is_lost_of_a_long_reason_when_one_scrolls():
 @pytest.mark.parametrize("whole", [True, False])
 def test_a_status_that_is_printed_once_is_laid_out_for_its_terminal(whole):
     console = Console(file=io.StringIO(), width=60, force_terminal=True, color_system=None)
-    print_status(STATUS, console, whole=whole)
+    print_status(written_tree(STATUS), console, whole=whole, durations=True)
     lines = console.file.getvalue().splitlines()
     assert all(len(line) <= 60 for line in lines)
     assert ("  [ ] go home" in lines) is whole
     pipe = Console(file=io.StringIO(), width=60)
-    print_status(STATUS, pipe)
+    print_status(written_tree(STATUS), pipe, durations=True)
     assert pipe.file.getvalue().rstrip("\n") == STATUS
 
 
@@ -166,13 +166,14 @@ def test_the_screens_of_the_page_are_those_of_a_terminal(name):
 )
 def test_the_last_line_of_a_run_says_how_it_ended(size, state, says):
     _, _, rest = DEEP.partition("\n")
-    status = "\n".join([f"goto_user: {state} · 34.2 s · run 20261129T010000Z-001-goto_user", rest])
+    head = f"goto_user: {state} · 34.2 s · run 20261129T010000Z-001-goto_user · asked by somebody"
+    status = "\n".join([head, re.sub(r" \(\S+ s\)", "", rest)])
     console = Console(
         file=io.StringIO(), width=size[0], height=size[1], force_terminal=True, color_system=None
     )
-    print_end(status, console)
+    print_end(written_tree(status), console)
     lines = console.file.getvalue().splitlines()
     assert len(lines) > size[1] and lines[-1] == f"goto_user {says} after 34.2 s"
     pipe = Console(file=io.StringIO(), width=size[0])
-    print_end(status, pipe)
+    print_end(written_tree(status), pipe)
     assert pipe.file.getvalue().rstrip("\n") == status.rstrip("\n"), "for programs: the head line says it"

@@ -10,6 +10,7 @@ from florence_bt.mission_testing.mocks.mocks import Step
 from florence_bt.runtime.run import MissionRequest
 from florence_bt.trees.drawings.ascii import TreeRow
 from florence_bt.trees.drawings.folding import fold_calls
+from tests.unit.trees.dumps import run_dump
 
 TOUR = """\
 mission: tour
@@ -132,16 +133,16 @@ def test_called_missions_show_what_runs_and_what_failed(bench):
     run = bench.executor.trigger(MissionRequest("tour"))
     for moment, expected in ((102.5, IN_THE_FIRST_TRIP), (107.5, AFTER_THE_SECOND_TRIP)):
         bench.clock.advance_to(moment)
-        assert bench.executor.render(run) == expected
-        whole = bench.executor.render(run, whole=True).splitlines()
+        assert run_dump(bench.executor, run) == expected
+        whole = run_dump(bench.executor, run, whole=True).splitlines()
         lines = iter(whole)
         assert all(line in lines for line in expected.splitlines()), "not a part of the whole tree, in order"
         assert "            [+] get ready" in whole
     bench.executor.stop("enough")
-    assert bench.executor.render(run).endswith(WHILE_IT_ENDS)
+    assert run_dump(bench.executor, run).endswith(WHILE_IT_ENDS)
     bench.clock.advance(10.0)
-    assert run.status.final and "[-] short cut" in bench.executor.render(run)
-    assert bench.executor.render(run, whole=True) == run.tree
+    assert run.status.final and "[-] short cut" in run_dump(bench.executor, run)
+    assert run_dump(bench.executor, run, whole=True) == run.tree
 
 
 def test_a_call_that_was_left_on_the_way_is_one_line(bench, tmp_path):
@@ -153,11 +154,11 @@ def test_a_call_that_was_left_on_the_way_is_one_line(bench, tmp_path):
     bench.script(Step(after=5.0))
     run = bench.executor.trigger(MissionRequest("race"))
     bench.clock.advance(0.5)
-    assert "[>] short cut" in bench.executor.render(run)
+    assert "[>] short cut" in run_dump(bench.executor, run)
     bench.clock.advance(5.0)
-    text = bench.executor.render(run)
+    text = run_dump(bench.executor, run)
     assert "[-] run leg\n" in text and "short cut" not in text
-    assert "short cut" in bench.executor.render(run, whole=True)
+    assert "short cut" in run_dump(bench.executor, run, whole=True)
 
 
 def test_between_two_rounds_the_last_one_is_still_seen():

@@ -10,6 +10,7 @@ from florence_bt.mission_testing.mocks.mocks import Step
 from florence_bt.runtime.events import EventKind
 from florence_bt.runtime.executor import END_LIMIT_S, RequestRefused
 from florence_bt.runtime.run import MissionRequest, RunStatus, TriggerPolicy
+from tests.unit.trees.dumps import run_dump
 
 # Times: the clock starts at 100 s; drive takes 2 s, work takes 1 s.
 
@@ -46,9 +47,9 @@ def test_a_paused_skill_is_cancelled_and_started_again_with_the_same_inputs(benc
     ticks = run.ticks
     bench.clock.advance(1000.0)
     assert run.status is RunStatus.PAUSED and run.ticks == ticks and len(bench.drive.runs) == 1
-    assert "-- cancelled for the pause" in bench.executor.render(run), "it does not drive any more"
+    assert "-- cancelled for the pause" in run_dump(bench.executor, run), "it does not drive any more"
     assert bench.executor.resume() is run
-    assert "pause" not in bench.executor.render(run)
+    assert "pause" not in run_dump(bench.executor, run)
     assert run.status is RunStatus.RUNNING and bench.drive.calls == [{"way": 3.0}] * 2
     bench.clock.advance(2.0)
     assert run.status is RunStatus.SUCCEEDED and run.ended == 1103.5

@@ -7,6 +7,7 @@ from florence_bt.mission_testing.mocks.mocks import Step
 from florence_bt.runtime.journal import Journal, JournalReader
 from florence_bt.runtime.journal.text import tree_from_events
 from florence_bt.runtime.run import MissionRequest
+from tests.unit.trees.dumps import run_dump
 
 MISSION = """\
 mission: visit
@@ -75,7 +76,7 @@ def test_what_a_dump_says_in_the_course_of_a_run(make_bench, tmp_path):
     run = bench.executor.trigger(MissionRequest("visit"))
     for moment, expected in ((104.5, FIRST_ROUND), (106.0, SECOND_ROUND), (200.0, END)):
         bench.clock.advance_to(moment)
-        assert bench.executor.render(run, durations=True) == expected
+        assert run_dump(bench.executor, run, durations=True) == expected
     with JournalReader(tmp_path / "runs") as reader:
         assert tree_from_events(reader.events(run.run_id)) == FROM_EVENTS
 
@@ -141,9 +142,9 @@ def test_the_tree_of_a_stopped_run_has_what_was_stopped_and_how_its_clean_ups_en
     bench.clock.advance(2.5)
     bench.executor.stop("enough")
     bench.clock.advance(0.5)
-    assert bench.executor.render(run, durations=True) == WHILE_IT_ENDS
+    assert run_dump(bench.executor, run, durations=True) == WHILE_IT_ENDS
     bench.clock.advance(30.0)
-    assert run.status.final and bench.executor.render(run) == run.tree == STOPPED
+    assert run.status.final and run_dump(bench.executor, run) == run.tree == STOPPED
     with JournalReader(tmp_path / "runs") as reader:
         assert reader.run(run.run_id).tree == STOPPED
 
@@ -173,7 +174,7 @@ tree:
     run = bench.executor.trigger(MissionRequest("late"))
     for seconds, mark in ((1.5, "[>]"), (1.0, "[+]")):
         bench.clock.advance(seconds)
-        assert f"[-] drive\n                {mark} wait 1 s" in bench.executor.render(run)
+        assert f"[-] drive\n                {mark} wait 1 s" in run_dump(bench.executor, run)
 
 
 def test_a_process_that_died_while_it_stopped_a_run_had_stopped_it(make_bench, tmp_path):

@@ -17,6 +17,7 @@ from tests.unit.runtime.recovery_bench import (
     missions,
     trip,
 )
+from tests.unit.trees.dumps import run_dump
 
 
 def test_nothing_is_left_after_a_run_that_ended(tmp_path):
@@ -29,7 +30,7 @@ def test_nothing_is_left_after_a_run_that_ended(tmp_path):
     assert not second.recovering
     last = second.executor.find()
     assert last.run_id == run.run_id, "people who ask for the last run are shown it"
-    assert last.status is RunStatus.SUCCEEDED and "[+] speak" in second.executor.render(last)
+    assert last.status is RunStatus.SUCCEEDED and "[+] speak" in run_dump(second.executor, last)
     assert second.executor.trigger(trip()).status is RunStatus.RUNNING
 
 

@@ -28,7 +28,7 @@ export default {
   },
   watch: { wanted() { this.lay_out(); } },
   mounted() {
-    this.tree = []; this.marks = { statuses: "", active: [], said: {} }; this.opened = new Map();
+    this.tree = []; this.marks = { statuses: "", said: {} }; this.opened = new Map();
     this.leave = this.nodes ? () => {} : this.follow();
     if (this.nodes) { this.tree = this.nodes; this.children = this.family(this.tree); this.lay_out(); }
     this.observer = new ResizeObserver(() => { this.height = this.$refs.list ? this.$refs.list.clientHeight : 600; });

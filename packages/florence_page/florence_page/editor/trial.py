@@ -17,7 +17,6 @@ from pathlib import Path
 from typing import Any, TextIO
 
 import numpy as np
-from py_trees.common import Status
 
 from florence_bt.app.demo.rigs import make_rig
 from florence_bt.app.runs.journal_view import run_text
@@ -27,17 +26,13 @@ from florence_bt.core.geometry import Pose2
 from florence_bt.core.transforms import Transform3
 from florence_bt.runtime.run import MissionRequest, MissionRun
 from florence_bt.runtime.status import RUN_STATES
-from florence_bt.runtime.viewers.snapshot import STATUS, snapshot_of, statuses
-from florence_bt.runtime.viewers.variables import variables_of
 from florence_bt.simulation.home.closeness import closeness, closeness_text
 from florence_bt.simulation.rig.rig import Rig
 from florence_bt.simulation.rig.robot import BASE_FRAME
-from florence_bt.trees.drawings.folding import parents_of
-from florence_bt.trees.language.compile import CompiledTree
 from florence_bt.trees.language.loader import MissionLibrary
 from florence_bt.trees.language.parse import parse_mission
 from florence_page.editor.trial_request import TrialRequest
-from florence_page.parts import ShownNode, places_part, tree_parts
+from florence_page.parts import places_part, tree_parts
 from florence_page.pictures import map_picture
 
 FRAME_S = 0.1
@@ -70,8 +65,6 @@ class Trial:
         )
         self._request = request
         self._runs = runs
-        self._known: dict[Any, Any] = {}
-        self._tree: CompiledTree | None = None
         self._stopped = threading.Event()
         self._said = ""
         self._began = 0.0
@@ -143,7 +136,6 @@ class Trial:
         ]
         plan = rig.plan
         way = [] if plan is None else np.round(np.vstack([plan[::4], plan[-1:]]), 3).tolist()
-        self._tree = rig.executor.tree or self._tree
         return {
             "scene": {"pose": _pose(pose), "scan": self._scan(pose), "people": people},
             "plan": way,
@@ -157,7 +149,7 @@ class Trial:
             },
             "state": {"battery": round(100 * rig.robot.base.charge_fraction), "said": self._said},
             "seconds": round(rig.clock.now() - self._began, 1),
-            **(_final_tree(run) if run.status.final else self._tree_parts()),
+            **tree_parts(rig.executor.nodes_of(run)),
         }
 
     def _scan(self, pose: Pose2) -> list[float]:
@@ -167,28 +159,6 @@ class Trial:
         sensor = Transform3.from_pose2(pose) @ self.rig.robot.frames.lookup(BASE_FRAME, scan.frame_id)
         ends: list[float] = np.round(beam_ends(scan, sensor, scan.range_min)[::SCAN_STEP], 2).ravel().tolist()
         return ends
-
-    def _tree_parts(self) -> dict[str, Any]:
-        tree = self._tree
-        if tree is None:
-            return {}
-        variables = variables_of(tree)
-        nodes = snapshot_of(tree.root, variables.accesses, self._known)
-        self._known = statuses(tree.root)
-        numbers = {node.own_id: number for number, node in enumerate(nodes)}
-        shown = [
-            ShownNode(
-                node.name,
-                numbers.get(node.parent_id, -1) if node.parent_id is not None else -1,
-                node.type,
-                node.status,
-                node.message,
-                node.is_active,
-            )
-            for node in nodes
-        ]
-        used = variables.used_by(node.own_id for node in nodes if node.is_active)
-        return tree_parts(shown, variables.values_of(used))
 
     def _outcome(self, run: MissionRun, seconds: float) -> dict[str, Any]:
         world = self.rig.world
@@ -206,22 +176,6 @@ class Trial:
             "facts": facts,
             "journal": run_text(self._runs, run.run_id, events=True),
         }
-
-
-def _final_tree(run: MissionRun) -> dict[str, Any]:
-    """Make the parts of a tree as it stood in the end; what was stopped counts as not done."""
-    nodes = [
-        ShownNode(
-            row.title,
-            -1 if parent is None else parent,
-            0,
-            STATUS[Status.INVALID if row.left and row.running else row.status],
-            row.says,
-            False,
-        )
-        for row, parent in zip(run.rows, parents_of(run.rows), strict=True)
-    ]
-    return tree_parts(nodes, {})
 
 
 def _pose(pose: Pose2) -> list[float]:
