@@ -15,6 +15,7 @@ from florence_bt.cli import (
     skills,
     system,
     testing,
+    verifying,
 )
 from florence_bt.cli.common import app
 
@@ -32,4 +33,5 @@ __all__ = [
     "skills",
     "system",
     "testing",
+    "verifying",
 ]
