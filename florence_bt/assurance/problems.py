@@ -154,11 +154,22 @@ def _endless(explored: Explored, verifier: Verifier) -> Iterator[Problem]:
         inside = set(part)
         leaves = any(e.target not in inside and by_itself(e) for s in part for e in graph.edges[s])
         if is_circle(graph, part, _is_idle) and not leaves:
-            way = shortest(graph, inside.__contains__) or []
+            way = _once_round(graph, inside, _is_idle)
             text = "it goes round for ever, and nothing that the robot or a person does ends that"
             yield Problem("endless", BROKEN, text, None, tuple(way))
             break
     yield from _endless_retries(explored, verifier)
+
+
+def _once_round(graph: Graph, inside: set[int], allowed: Callable[[Edge], bool]) -> list[Edge]:
+    """Return the shortest way into a circle, and once round it."""
+    way = shortest(graph, inside.__contains__) or []
+    entry = way[-1].target if way else 0
+    first = next(e for e in graph.edges[entry] if e.target in inside and allowed(e))
+    back = shortest(
+        graph, lambda state: state == entry, first.target, lambda e: e.target in inside and allowed(e)
+    )
+    return [*way, first, *(back or [])]
 
 
 def _is_idle(edge: Edge) -> bool:
@@ -187,7 +198,7 @@ def _endless_retries(explored: Explored, verifier: Verifier) -> Iterator[Problem
         for retry in retries:
             path = path_of(retry)
             if any(each.startswith(f"{path}/") for each in failing):
-                way = shortest(explored.graph, inside.__contains__) or []
+                way = _once_round(explored.graph, inside, in_vain)
                 names = " and ".join(sorted({each.rsplit("/", 1)[-1] for each in failing}))
                 text = f"{retry.name} goes on for ever when {names} fails each time: nothing else ends it"
                 yield Problem("endless_retry", BROKEN, text, _position(explored, path), tuple(way), path)

@@ -124,12 +124,24 @@ def _size(verdict: Verdict) -> str:
     if verdict.explored.world.coarse:
         assumed.append("what takes more than 5 s may end, or be over, at any moment")
     up_to = f"; complete as far as {' and '.join(assumed)}" if assumed else ""
-    return f"{states}; it takes {time}{up_to}\n  it fails with: {_codes(verdict)}"
+    return f"{states}; it takes {time}{up_to}\n  it fails with: {_few_codes(verdict)}"
 
 
 def _codes(verdict: Verdict) -> str:
-    codes = sorted(frozenset().union(*map(codes_behind, verdict.codes)))
-    return ", ".join(codes) or "nothing"
+    return ", ".join(sorted(verdict.codes)) or "nothing"
+
+
+def _few_codes(verdict: Verdict) -> str:
+    """Return the codes, one for all that nothing in the mission tells apart."""
+    ends = verdict.explored.graph.endings.values()
+    classes = {
+        min(known): known for each in ends if each.status == "FAILED" if (known := codes_behind(each.code))
+    }
+    shown = [
+        f"{code} or {len(known) - 1} like it" if len(known) > 1 else code
+        for code, known in sorted(classes.items())
+    ]
+    return ", ".join(shown) or "nothing"
 
 
 def _duration(seconds: float) -> str:

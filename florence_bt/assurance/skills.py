@@ -207,5 +207,10 @@ class AnySkill(Unchanging):
         return self.start_at("", inputs)
 
 
+def witness_result(declaration: SkillDeclaration) -> Result:
+    """Return a success with outputs that fit."""
+    return success(**{name: witness_for(port) for name, port in declaration.outputs.items()})
+
+
 STOPPED = cancelled()
 """How a run ends that was cancelled."""

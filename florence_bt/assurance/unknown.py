@@ -126,7 +126,7 @@ class Facts(Unchanging):
 
     def forget(self, live: set[Term]) -> None:
         """Forget what was decided about values that nothing holds any more."""
-        for atom in [atom for atom in self.decided if not set(_symbols(atom)) <= live]:
+        for atom in [atom for atom in self.decided if not set(symbols_of(atom)) <= live]:
             del self.decided[atom]
         for term in [term for term in self.texts if term not in live]:
             del self.texts[term]
@@ -318,18 +318,19 @@ def witness_for(port: Port) -> Any:
 def symbols_in(value: Any) -> Iterator[Term]:
     """Yield what a value is made of that is not known."""
     if isinstance(value, _Known):
-        yield from _symbols(value.term)
+        yield from symbols_of(value.term)
     elif isinstance(value, tuple):
         for each in value:
             yield from symbols_in(each)
 
 
-def _symbols(term: Term) -> Iterator[Term]:
+def symbols_of(term: Term) -> Iterator[Term]:
+    """Yield what a term, or a comparison, is made of that is not known."""
     if term[0] == "?":
         yield term
     elif term[0] != "=":
         for part in term[1:]:
-            yield from _symbols(part)
+            yield from symbols_of(part)
 
 
 def _depth(term: Term) -> int:

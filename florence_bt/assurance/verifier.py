@@ -14,6 +14,7 @@ from florence_bt.assurance.world import World
 from florence_bt.core.declaration import Kind, SkillDeclaration
 from florence_bt.core.skill import Skill
 from florence_bt.mission_testing.mocks.stubs import MockedMission, copied, put_stubs
+from florence_bt.trees import kinds
 from florence_bt.trees.language.analysis import Analysis
 from florence_bt.trees.language.loader import MissionLibrary
 from florence_bt.trees.language.model import Mission
@@ -41,6 +42,14 @@ class Explored:
     world: World
     graph: Graph
     start: Snapshot
+
+    def skills_used(self) -> set[str]:
+        """Return the skills that the mission uses, and the missions that it calls."""
+        return {
+            node.skill if isinstance(node, kinds.RunSkill) else node.mission.text
+            for node in self.mission.nodes()
+            if isinstance(node, (kinds.RunSkill, kinds.CallMission))
+        }
 
 
 class Verifier:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from florence_bt.cli.common import EXIT_CODES, FolderOption, app
 from florence_bt.cli.exit_codes import FAILED, OK
+from florence_bt.cli.output_paths import OUTPUT_FOLDER
 
 
 @app.command(
@@ -19,6 +21,12 @@ def verify(
     folders: FolderOption = None,
     details: Annotated[bool, typer.Option("--details", help="Show the longest run, too.")] = False,
     table: Annotated[bool, typer.Option("--table", help="Write a table in Markdown instead.")] = False,
+    scenarios: Annotated[
+        Path | None,
+        typer.Option(
+            click_type=OUTPUT_FOLDER, help="Write a scenario for each thing that is broken into this folder."
+        ),
+    ] = None,
     limit: Annotated[
         float, typer.Option(min=1, help="Seconds for each mission, those that it calls apart.")
     ] = 30.0,
@@ -29,7 +37,7 @@ def verify(
     """
     from florence_bt.app.mission_files.verifying import VerifyOptions, verify_missions
 
-    options = VerifyOptions(tuple(folders or ()), limit, details, table)
+    options = VerifyOptions(tuple(folders or ()), limit, details, table, scenarios)
     report, holds = verify_missions(missions, options)
     typer.echo(report)
     raise typer.Exit(OK if holds else FAILED)

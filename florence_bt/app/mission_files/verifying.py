@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from florence_bt.assurance.explorer import Limits
+from florence_bt.assurance.problems import BROKEN
 from florence_bt.assurance.report import Verdict, table_of, text_of, verdict_on
+from florence_bt.assurance.scenario import write_scenario
 from florence_bt.assurance.verifier import Verifier
 from florence_bt.core.errors import ConfigError
 from florence_bt.trees.checks.lint import check
@@ -25,12 +27,14 @@ class VerifyOptions:
         limit_s: How long the exploration of one mission may take, in seconds.
         details: Whether to show the longest run.
         table: Whether to write a table instead.
+        scenarios: Where scenario files are written; None: none are.
     """
 
     folders: tuple[Path, ...] = ()
     limit_s: float = 30.0
     details: bool = False
     table: bool = False
+    scenarios: Path | None = None
 
 
 def verify_missions(missions: Sequence[str], options: VerifyOptions) -> tuple[str, bool]:
@@ -63,7 +67,18 @@ def verify_missions(missions: Sequence[str], options: VerifyOptions) -> tuple[st
 
 
 def _report(verdict: Verdict, options: VerifyOptions) -> str:
-    return text_of(verdict, details=options.details)
+    written: dict[int, Path] = {}
+    if options.scenarios is not None:
+        written = dict(_write_scenarios(verdict, options.scenarios))
+    return text_of(verdict, written, details=options.details)
+
+
+def _write_scenarios(verdict: Verdict, folder: Path) -> Iterator[tuple[int, Path]]:
+    """Write a scenario for each broken thing that one can show; yields its number and the file."""
+    for number, problem in enumerate(verdict.problems):
+        file = folder / f"{verdict.mission.name}_{problem.kind}_{number + 1}.yaml"
+        if problem.severity == BROKEN and write_scenario(verdict.explored, problem, file):
+            yield number, file
 
 
 def _load(library: MissionLibrary, mission: str) -> list[str]:
