@@ -28,6 +28,22 @@ class BadExpression(ValueProblem):
     code = "bad_expression"
 
 
+class Unknown:
+    """A value of which only is known how it came about: what operations give for it, it says itself.
+
+    Missions that run have none. Whoever explores all that a mission may do derives from this and from the
+    type of the value.
+    """
+
+    def operate(self, name: str, operands: Sequence[Any]) -> Any:
+        """Return what one of :data:`OPERATORS` gives for operands of which this is one.
+
+        Raises:
+            ArithmeticError: It has no value.
+        """
+        raise NotImplementedError
+
+
 Evaluate = Callable[[KeyStore], Any]
 """Gives the value of a part of an expression; raises ValueProblem where it has none."""
 
@@ -51,6 +67,9 @@ def operation(name: str, *operands: Evaluate) -> Evaluate:
     def evaluate(keys: KeyStore) -> Any:
         values = [operand(keys) for operand in operands]
         try:
+            for value in values:
+                if isinstance(value, Unknown):
+                    return value.operate(name, values)
             return function(*values)
         except ZeroDivisionError:
             raise BadExpression(f"{readable(values[0])} is divided by zero") from None
@@ -176,6 +195,9 @@ def bearing(start: Any, end: Any) -> float:
 
 def equal(left: Any, right: Any) -> bool:
     """Tell whether two values of one kind are the same, numbers up to a billionth."""
+    for value in (left, right):
+        if isinstance(value, Unknown):
+            return bool(value.operate("==", (left, right)))
     if isinstance(left, (bool, str, Pose2, tuple)) or isinstance(right, (bool, str, Pose2, tuple)):
         if type(left) is not type(right):
             raise TypeError("two values of one kind are needed")

@@ -42,6 +42,7 @@ VERBS = {
     "skills": ("skills",),
     "system": ("demo", "up", "logs"),
     "testing": ("test",),
+    "verifying": ("verify",),
 }
 """Module -> the verbs that it adds to the application."""
 

@@ -14,6 +14,7 @@ from florence_bt.cli import (
     skills,
     system,
     testing,
+    verifying,
 )
 from florence_bt.cli.common import app
 
@@ -30,4 +31,5 @@ __all__ = [
     "skills",
     "system",
     "testing",
+    "verifying",
 ]

@@ -106,6 +106,10 @@ class ManualClock:
         heapq.heappush(self._queue, (max(when, self._now), next(self._order), timer))
         return timer
 
+    def waiting(self) -> list[tuple[float, int, ManualTimer]]:
+        """Return the timers that wait, each with its moment and its place in the order of the calls."""
+        return [each for each in self._queue if each[2].callback is not None]
+
     def next_time(self) -> float | None:
         """Return the moment of the next waiting callback, or None."""
         while self._queue and self._queue[0][2].callback is None:

@@ -1,0 +1,101 @@
+"""``florence verify``: explores missions, and says what holds in every way in which they can go."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from florence_bt.assurance.explorer import Limits
+from florence_bt.assurance.problems import BROKEN
+from florence_bt.assurance.report import Verdict, table_of, text_of, verdict_on
+from florence_bt.assurance.scenario import write_scenario
+from florence_bt.assurance.verifier import Verifier
+from florence_bt.core.errors import ConfigError
+from florence_bt.trees.checks.lint import check
+from florence_bt.trees.language.declarations import collect_declarations
+from florence_bt.trees.language.findings import has_errors, raise_first_error
+from florence_bt.trees.language.loader import MissionLibrary
+
+
+@dataclass(frozen=True, slots=True)
+class VerifyOptions:
+    """The options of ``florence verify``.
+
+    Attributes:
+        folders: More mission folders that the missions may call.
+        limit_s: How long the exploration of one mission may take, in seconds.
+        details: Whether to show the longest run.
+        table: Whether to write a table instead.
+        scenarios: Where scenario files are written; None: none are.
+    """
+
+    folders: tuple[Path, ...] = ()
+    limit_s: float = 30.0
+    details: bool = False
+    table: bool = False
+    scenarios: Path | None = None
+
+
+def verify_missions(missions: Sequence[str], options: VerifyOptions) -> tuple[str, bool]:
+    """Verify missions.
+
+    Args:
+        missions: Names of missions, mission files, and folders of them.
+        options: How.
+
+    Returns:
+        The report, and whether everything holds.
+
+    Raises:
+        ConfigError: There is no such mission, or the check finds errors in one.
+    """
+    library = MissionLibrary.load(list(options.folders))
+    names = [name for each in missions for name in _load(library, each)]
+    declarations = collect_declarations()
+    for name in names:
+        findings = check(library.get(name), library, declarations)
+        if has_errors(findings):
+            raise_first_error(findings)
+    verifier = Verifier(library, declarations, Limits(options.limit_s))
+    verdicts = [verdict_on(name, verifier) for name in names]
+    if options.table:
+        report = table_of(verdicts)
+    else:
+        report = "\n\n".join(_report(each, options) for each in verdicts)
+    return report, all(each.holds for each in verdicts)
+
+
+def _report(verdict: Verdict, options: VerifyOptions) -> str:
+    written: dict[int, Path] = {}
+    if options.scenarios is not None:
+        written = dict(_write_scenarios(verdict, options.scenarios))
+    return text_of(verdict, written, details=options.details)
+
+
+def _write_scenarios(verdict: Verdict, folder: Path) -> Iterator[tuple[int, Path]]:
+    """Write a scenario for each broken thing that one can show; yields its number and the file."""
+    for number, problem in enumerate(verdict.problems):
+        file = folder / f"{verdict.mission.name}_{problem.kind}_{number + 1}.yaml"
+        if problem.severity == BROKEN and write_scenario(verdict.explored, problem, file):
+            yield number, file
+
+
+def _load(library: MissionLibrary, mission: str) -> list[str]:
+    """Make missions known, and return their names."""
+    path = Path(mission)
+    if path.is_dir():
+        files = sorted(path.glob("*.yaml"))
+        added = [(file, library.add_file(file)) for file in files if not file.name.endswith(".skills.yaml")]
+        library.add_neighbours([each for _, each in added if each is not None])
+        names = [each.name for _, each in added if each is not None]
+        if not names:
+            raise ConfigError(f"{mission} has no missions", valid=["a folder of mission files"])
+        return names
+    if path.suffix not in (".yaml", ".yml"):
+        return [library.get(mission).name]
+    added_one = library.add_file(path)
+    if added_one is None:
+        raise next(each for each in library.findings if each.file == str(path)).as_error()
+    library.add_neighbours([added_one])
+    return [added_one.name]

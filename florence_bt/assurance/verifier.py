@@ -1,0 +1,150 @@
+"""Explores missions, and those that they call: each once for each way of being called."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+from florence_bt.assurance.called import CalledMission, Summary, WayOfCalling, as_skill, summary_of
+from florence_bt.assurance.explorer import Graph, Limits, explore
+from florence_bt.assurance.plan import Plan, plan_of
+from florence_bt.assurance.snapshot import Snapshot
+from florence_bt.assurance.world import World
+from florence_bt.core.declaration import Kind, SkillDeclaration
+from florence_bt.core.skill import Skill
+from florence_bt.mission_testing.mocks.stubs import MockedMission, copied, put_stubs
+from florence_bt.trees import kinds
+from florence_bt.trees.language.analysis import Analysis
+from florence_bt.trees.language.loader import MissionLibrary
+from florence_bt.trees.language.model import Mission
+
+PRECISE_STEPS = 8_000
+"""How many steps a mission may have with every timer firing when it is due."""
+COARSE_S = 5.0
+"""Beyond that, timers that take longer than this may fire at any moment."""
+
+
+@dataclass(frozen=True, slots=True)
+class Explored:
+    """A mission that was explored.
+
+    Attributes:
+        mission: The mission.
+        way: How it was called: the inputs that were known.
+        world: The world in which it was explored.
+        graph: Its states.
+        start: The world before it began.
+    """
+
+    mission: Mission
+    way: WayOfCalling
+    world: World
+    graph: Graph
+    start: Snapshot
+
+    def skills_used(self) -> set[str]:
+        """Return the skills that the mission uses, and the missions that it calls."""
+        return {
+            node.skill if isinstance(node, kinds.RunSkill) else node.mission.text
+            for node in self.mission.nodes()
+            if isinstance(node, (kinds.RunSkill, kinds.CallMission))
+        }
+
+
+class Verifier:
+    """Explores the missions of a library.
+
+    Args:
+        library: The missions, checked.
+        declarations: The skills.
+        limits: When the exploration of one mission ends.
+    """
+
+    def __init__(
+        self,
+        library: MissionLibrary,
+        declarations: Mapping[str, SkillDeclaration],
+        limits: Limits | None = None,
+    ) -> None:
+        self.library = library
+        self.declarations = dict(library.with_declared(declarations))
+        self._limits = limits or Limits()
+        self.analysis = Analysis(library, self.declarations)
+        self._called_s = 0.0
+        self._plans: dict[str, Plan] = {}
+        self._explored: dict[tuple[str, WayOfCalling], Explored] = {}
+        self._summaries: dict[tuple[str, WayOfCalling], Summary] = {}
+
+    def explored(self, name: str, way: WayOfCalling = ()) -> Explored:
+        """Return a mission explored, called in a way."""
+        known = self._explored.get((name, way))
+        if known is None:
+            known = self._explored[name, way] = self._explore(self.library.get(name), way)
+        return known
+
+    def ways_of(self, name: str) -> list[Explored]:
+        """Return a mission as it was explored so far, in each way of calling it."""
+        return [each for (known, _), each in self._explored.items() if known == name]
+
+    def summary(self, name: str, way: WayOfCalling) -> Summary:
+        """Return how a mission can end that is called in a way."""
+        known = self._summaries.get((name, way))
+        if known is None:
+            explored = self.explored(name, way)
+            known = self._summaries[name, way] = summary_of(explored.mission, explored.graph)
+        return known
+
+    def plan(self, name: str) -> Plan | None:
+        """Return what decides how a mission goes; None: there is no such mission."""
+        if name not in self._plans:
+            mission = self.library.find(name)
+            if mission is None:
+                return None
+            truths = [each for each, port in mission.outputs.items() if port.kind is Kind.BOOLEAN]
+            self._plans[name] = plan_of(mission, self.plan, truths)
+        return self._plans[name]
+
+    def _own_time(self) -> float:
+        """Return a time in seconds that stands still while missions are explored that are called."""
+        return time.monotonic() - self._called_s
+
+    def _explore(self, mission: Mission, way: WayOfCalling) -> Explored:
+        plan = self.plan(mission.name)
+        assert plan is not None  # the mission is there
+        library = self._with_stubs(mission)
+        began = self._own_time()
+        for coarse_s, limits in (
+            (None, replace(self._limits, steps=min(PRECISE_STEPS, self._limits.steps))),
+            (COARSE_S, self._limits),
+        ):
+            world = World(mission, library, self.declarations, plan, dict(way), self._called, coarse_s)
+            start = world.snapshot()
+            graph = explore(world, limits, self._own_time)
+            if not graph.unexplored:
+                break
+        self._called_s = self._own_time() - began + self._called_s
+        return Explored(mission, way, world, graph, start)
+
+    def _with_stubs(self, mission: Mission) -> MissionLibrary:
+        """Return a library in which each mission that this one calls is one skill."""
+        taken: dict[str, set[str]] = {}
+        for call in self.analysis.calls(mission):
+            taken.setdefault(call.mission.text, set()).update(output.text for output, _ in call.outputs)
+        library = copied(self.library)
+        stubs = [MockedMission(name, frozenset(outputs)) for name, outputs in taken.items()]
+        put_stubs(stubs, library, self.declarations)
+        for name in taken:
+            root = self.analysis.of(self.library.get(name)).root
+            resources = root.resources if root is not None else frozenset[str]()
+            library.declarations[name] = as_skill(library.declarations[name], resources)
+        return library
+
+    def _called(self, world: World) -> Mapping[str, Skill]:
+        return {
+            call: CalledMission(
+                world.declarations[call], plan, self.summary, world.classes, world.clock, world.note_cancel
+            )
+            for call in self.analysis.callees(world.mission)
+            if (plan := self.plan(call)) is not None
+        }
