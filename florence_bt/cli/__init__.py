@@ -26,6 +26,7 @@ VERBS = {
     "page": ("page",),
     "places": ("hotspot", "where"),
     "recording": ("record",),
+    "replaying": ("replay",),
     "robot": ("init", "doctor", "calibrate", "teleop", "kinect"),
     "runs": (
         "run",
