@@ -6,6 +6,7 @@ People stop, pause, go on and take the robot over while they run, and processes 
 from __future__ import annotations
 
 import random
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -78,6 +79,21 @@ class RandomSkill:
         return round(chance.uniform(0.0, 1.0), 3)
 
 
+class WakingRandomSkill(RandomSkill):
+    """One that reports changes."""
+
+    def watch(self, inputs: Inputs, callback: Callable[[], None]) -> Callable[[], None]:
+        """Call back once, some time later."""
+        timer = self._clock.call_at(self._clock.now() + round(self._chance.uniform(1.0, 20.0), 2), callback)
+        return timer.cancel
+
+
+def random_skill(declaration: SkillDeclaration, clock: Clock, chance: random.Random) -> RandomSkill:
+    """Make a skill that answers at random, and reports changes if it declares that."""
+    kind = WakingRandomSkill if declaration.reports_changes else RandomSkill
+    return kind(declaration, clock, chance)
+
+
 class Robot:
     """A process that runs missions; it dies when nobody drives its clock any more."""
 
@@ -85,7 +101,7 @@ class Robot:
         self.clock = ManualClock(start)
         chance = random.Random(seed)
         declarations = collect_declarations()
-        skills = {name: RandomSkill(each, self.clock, chance) for name, each in declarations.items()}
+        skills = {name: random_skill(each, self.clock, chance) for name, each in declarations.items()}
         journal = Journal(runs)
         library = MissionFolders.of([missions], declarations)
         self.executor = Executor(library, skills, declarations, self.clock, RunIds(f"S{seed}"), log=journal)
