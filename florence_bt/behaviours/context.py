@@ -93,6 +93,8 @@ class TreeContext:
         runs: Every run that has not reported its end, also those that were cancelled. A mission is over when
             its tree has finished or was stopped and this list is empty.
         on_skill_started: Called when a run begins.
+        on_asked_again: Called with the path of a watched skill that is asked again in the background, before
+            its run begins.
         on_skill_ended: Called once when a run has reported its end, also after a cancel; by then the run has
             left ``runs``, unless its node will start another one after a pause.
         pause: Whether the run is paused.
@@ -109,6 +111,7 @@ class TreeContext:
     keys: KeyStore = field(default_factory=KeyStore)
     runs: list[OpenRun] = field(default_factory=list)
     on_skill_started: StartedHook = _ignore
+    on_asked_again: Callable[[str], None] = _ignore
     on_skill_ended: EndedHook = _ignore
     pause: Pause = field(default_factory=Pause)
     later: Callable[[Callable[[], None]], None] = _at_once
@@ -186,16 +189,20 @@ class TreeContext:
 
     def suspend(self) -> None:
         """Cancel every run that goes on, for a pause; a run that had finished keeps its result."""
+        candidates = [
+            entry
+            for entry in self.runs
+            if entry.inputs is not None and not entry.left and not entry.suspended
+        ]
+        going = [entry for entry in candidates if self.poll(entry) is None]
         self.pause.active = True
-        for entry in tuple(self.runs):
-            goes_on = entry.inputs is not None and not entry.left and not entry.suspended
-            if goes_on and self.poll(entry) is None:
-                entry.suspended = True
-                entry.end_reported = False
-                _end_limit(entry)
-                entry.run.cancel()
-                entry.on_suspend()
-                self._look_at_suspended(entry)
+        for entry in going:
+            entry.suspended = True
+            entry.end_reported = False
+            _end_limit(entry)
+            entry.run.cancel()
+            entry.on_suspend()
+            self._look_at_suspended(entry)
 
     def still_ending(self) -> list[OpenRun]:
         """Return the runs that were cancelled for a pause and have not reported their end."""

@@ -12,6 +12,7 @@ from florence_bt.behaviours._wake_timer import WakeTimer
 from florence_bt.behaviours.context import TreeContext
 from florence_bt.behaviours.run_skill import RunSkill
 from florence_bt.behaviours.watching import Spot
+from florence_bt.behaviours.why import path_of
 from florence_bt.core.outcome import Result
 
 EVERY_S = 1.0
@@ -189,6 +190,7 @@ class WatchedSkill(InCondition):
         if self._due and not self._asking:
             self._due, self._asking = False, True
             self._timer.cancel()
+            self._context.on_asked_again(path_of(self))
             super().initialise()
         if not self._asking:
             self._show(self._answer)

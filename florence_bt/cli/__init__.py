@@ -25,6 +25,7 @@ VERBS = {
     "missions": ("missions", "check", "draw", "schema"),
     "places": ("hotspot", "where"),
     "recording": ("record",),
+    "replaying": ("replay",),
     "robot": ("init", "doctor", "calibrate", "teleop", "kinect"),
     "runs": (
         "run",

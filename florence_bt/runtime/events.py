@@ -21,6 +21,8 @@ class EventKind(enum.Enum):
     RESUMED = "resumed"
     RECOVERED = "recovered"
     """The process died on the run, and a new one goes on with it."""
+    OVERRIDDEN = "overridden"
+    """A person has the base: nothing of the run drives any more."""
     STOP_ASKED = "stop_asked"
     BROKEN = "broken"
     """An exception came out of a tick; the traceback is in the details."""

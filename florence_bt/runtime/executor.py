@@ -353,9 +353,20 @@ class Executor:
             self._event_bus.publish(run, EventKind.QUEUED, reason="queued again after a crash")
         self._start_next()
 
-    def close_past(self, run: MissionRun, status: RunStatus, why: Why | None) -> None:
-        """End a run of the process before; it is the last one that people are shown."""
+    def close_past(
+        self, run: MissionRun, status: RunStatus, why: Why | None, *, taken_up: bool = False
+    ) -> None:
+        """End a run of the process before; it is the last one that people are shown.
+
+        Args:
+            run: The run.
+            status: How it ends.
+            why: The cause when it was no success.
+            taken_up: Whether it was taken up, and found to have nothing more to do.
+        """
         self.last = run
+        if taken_up:
+            self._event_bus.publish(run, EventKind.RECOVERED)
         self._close(run, status, why)
 
     def environment(self) -> RunEnvironment:
@@ -389,6 +400,7 @@ class Executor:
 
     def _build(self, run: MissionRun) -> TreeRun:
         """Build what a run works with; starts nothing."""
+        run.texts = self.library.texts_of(run.mission)
         return TreeRun(run, self.environment(), self._after_tick, self._on_over)
 
     def _begin(self, tree: TreeRun) -> None:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import os
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -16,7 +16,6 @@ from pathlib import Path
 from florence_bt.core.declaration import SkillDeclaration
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.text_files import MAX_MISSION_BYTES, read_bytes
-from florence_bt.trees import kinds
 from florence_bt.trees.checks.lint import check
 from florence_bt.trees.language.declared_skills import is_skills_file
 from florence_bt.trees.language.findings import ERROR, Finding
@@ -121,7 +120,7 @@ class MissionFolders:
         """Compute the fingerprint of a mission and of everything that it calls, as in force now."""
         known = self._known_versions.get(name)
         if known is None:
-            names = [name, *sorted(_called_by(self.library, name))]
+            names = [name, *sorted(self.library.called_by(name))]
             text = "\n".join(f"{each} {self._versions.get(each, '')}" for each in names)
             known = self._known_versions[name] = hashlib.sha256(text.encode()).hexdigest()[:16]
         return known
@@ -130,7 +129,7 @@ class MissionFolders:
         """Return what callers should know about a mission's version, empty when it is as in the files."""
         if not self.held:
             return ""
-        names = [name, *sorted(_called_by(self.library, name))]
+        names = [name, *sorted(self.library.called_by(name))]
         return "; ".join(f"{each}: {self.held[each]}" for each in names if each in self.held)
 
     def _look(self) -> dict[Path, str]:
@@ -223,7 +222,7 @@ class MissionFolders:
         own: dict[str, str] = {}
         others: dict[str, str] = {}
         for name in before.names():
-            concerned = edited & {name, *_called_by(before, name), *_called_by(new, name)}
+            concerned = edited & {name, *before.called_by(name), *new.called_by(name)}
             error = self._error_of(new, name) if concerned else ""
             if not error or self._error_of(before, name):
                 continue
@@ -260,21 +259,3 @@ def _fingerprint(file: Path) -> str:
         return hashlib.sha256(read_bytes(file, MAX_MISSION_BYTES)).hexdigest()
     except ConfigError as error:
         return f"unreadable: {error}"
-
-
-def _called_by(library: MissionLibrary, name: str) -> set[str]:
-    """Return the missions that a mission calls, and those that they call; without itself."""
-    found: set[str] = set()
-    todo = [name]
-    while todo:
-        for called in _calls(library, todo.pop()):
-            if called not in found and called != name:
-                found.add(called)
-                todo.append(called)
-    return found
-
-
-def _calls(library: MissionLibrary, name: str) -> Iterable[str]:
-    mission = library.find(name)
-    nodes = mission.nodes() if mission is not None else ()
-    return [node.mission.text for node in nodes if isinstance(node, kinds.CallMission)]

@@ -7,6 +7,7 @@ import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
+from pathlib import Path
 from typing import Any
 
 from florence_bt.behaviours.why import Why
@@ -90,6 +91,8 @@ class MissionRun:
         paused: Why the run is paused, empty when it is not.
         rows: The nodes of :attr:`tree` with their durations, to be drawn in other ways; empty when unknown.
         version: Fingerprint of the mission's text and of everything that it calls; empty when unknown.
+        texts: The texts that it rests on, by file: of its mission, of those that it calls, and of files that
+            declare their skills.
     """
 
     run_id: str
@@ -108,6 +111,7 @@ class MissionRun:
     version: str = ""
     rows: tuple[TreeRow, ...] = ()
     input_kinds: Mapping[str, Kind] = field(default_factory=dict)
+    texts: Mapping[Path, str] = field(default_factory=dict, repr=False)
 
     @property
     def mission(self) -> str:

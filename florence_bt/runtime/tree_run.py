@@ -57,6 +57,7 @@ class TreeRun:
         self.clock = RunClock(environment.clock)
         self._environment = environment
         self._skills = dict(environment.skills)
+        self._asked_again: set[str] = set()
         self.on_tick = on_tick
         self.on_over = on_over
         self._context = TreeContext(
@@ -66,6 +67,7 @@ class TreeRun:
             skills=self._skills,
             declarations=environment.declarations,
             on_skill_started=self._on_skill_started,
+            on_asked_again=self._asked_again.add,
             on_skill_ended=self._on_skill_ended,
             later=self._after_tick,
         )
@@ -263,13 +265,15 @@ class TreeRun:
 
     def keep_off(self, reason: str) -> None:
         """Drive no more: a person has the robot. The rest of the clean-ups goes on; call it before a stop."""
-        keep_off_the_base(
-            self._skills,
-            self._environment.declarations,
-            self._context.runs,
-            reason,
-            partial(self._environment.event_bus.publish_error, self.run),
-        )
+        event_bus = self._environment.event_bus
+        with event_bus.publishing(self.run, EventKind.OVERRIDDEN, reason=reason):
+            keep_off_the_base(
+                self._skills,
+                self._environment.declarations,
+                self._context.runs,
+                reason,
+                partial(event_bus.publish_error, self.run),
+            )
 
     def end(self, status: RunStatus, why: Why | None) -> None:
         """End the tree; the run is over when every skill has reported its end.
@@ -388,17 +392,22 @@ class TreeRun:
         self._environment.wake()
 
     def _on_skill_started(self, path: str, skill: str, inputs: Mapping[str, Any]) -> None:
-        self._after_tick(partial(self._publish_started, path, skill, inputs))
+        again = path in self._asked_again
+        self._asked_again.discard(path)
+        self._after_tick(partial(self._publish_started, path, skill, inputs, again))
 
     def _on_skill_ended(self, path: str, skill: str, result: Result) -> None:
-        self._after_tick(partial(self._publish_ended, path, skill, result, self._context.pause.active))
+        more = {"paused": self._context.pause.active, "between_ticks": self._held is None}
+        flags = {name: True for name, holds in more.items() if holds}
+        self._after_tick(partial(self._publish_ended, path, skill, result, flags))
 
-    def _publish_started(self, path: str, skill: str, inputs: Mapping[str, Any]) -> None:
+    def _publish_started(self, path: str, skill: str, inputs: Mapping[str, Any], again: bool) -> None:
+        more = {"again": True} if again else {}
         self._environment.event_bus.publish(
-            self.run, EventKind.SKILL_STARTED, node=path, skill=skill, inputs=dict(inputs)
+            self.run, EventKind.SKILL_STARTED, node=path, skill=skill, inputs=dict(inputs), **more
         )
 
-    def _publish_ended(self, path: str, skill: str, result: Result, paused: bool) -> None:
+    def _publish_ended(self, path: str, skill: str, result: Result, flags: Mapping[str, bool]) -> None:
         self._environment.event_bus.publish(
             self.run,
             EventKind.SKILL_ENDED,
@@ -408,7 +417,7 @@ class TreeRun:
             code=result.code,
             reason=result.reason,
             outputs=dict(result.outputs),
-            **({"paused": True} if paused else {}),
+            **flags,
         )
         if self.run.status is RunStatus.ENDING:
             # The run is over with the end of its last skill.

@@ -21,7 +21,15 @@ from florence_bt.runtime.events import EventKind, RunEvent
 from florence_bt.runtime.journal.reader import JournalReader
 from florence_bt.runtime.journal.rows import run_changes, run_values
 from florence_bt.runtime.journal.schema import JOURNAL_FILE
-from florence_bt.runtime.journal.store import EventRow, Job, LastEntry, NewRun, RunUpdate, Store
+from florence_bt.runtime.journal.store import (
+    EventRow,
+    Job,
+    LastEntry,
+    NewRun,
+    RunTexts,
+    RunUpdate,
+    Store,
+)
 from florence_bt.runtime.journal.writer_guard import WriterGuard
 from florence_bt.runtime.run import MissionRun
 
@@ -119,6 +127,8 @@ class Journal:
             self._dropped[run_id] = self._dropped.get(run_id, 0) + 1
         if new_state:
             self._batch.append(RunUpdate(run_id, run_changes(run, self._dropped.get(run_id, 0))))
+        if event.kind is EventKind.STARTED and run.texts:
+            self._batch.append(RunTexts(run_id, run.texts))
         if event.kind is EventKind.ENDED or run_id == self._ended[0]:
             self._ended = run_id, self._seq.pop(run_id)
             self._dropped.pop(run_id, None)

@@ -105,6 +105,19 @@ class JournalReader(Closing):
         )
         return self._made(event_from_row, query, {"run_id": run_id, "limit": limit})
 
+    def texts(self, run_id: str) -> dict[Path, str]:
+        """Return the texts of the files that a run rested on, as they were when it began, by file.
+
+        Empty for a run that has not begun, or that a program has recorded which did not keep them.
+        """
+        if not self._rows("SELECT 1 FROM sqlite_master WHERE name = 'run_texts'", {}):
+            return {}
+        query = (
+            "SELECT file, text FROM run_texts JOIN texts USING (hash) "
+            "WHERE run = (SELECT id FROM runs WHERE run_id = :run_id) ORDER BY file"
+        )
+        return {Path(file): text for file, text in self._made(tuple, query, {"run_id": run_id})}
+
     def last_entry(self) -> str:
         """Return the date and time (UTC) of the last entry, empty when unknown."""
         rows = self._rows("SELECT value FROM notes WHERE name = :name", {"name": WRITTEN})

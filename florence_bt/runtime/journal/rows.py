@@ -179,7 +179,7 @@ def event_values(seq: int, event: RunEvent) -> tuple[Any, ...]:
     tables = [_json(table) if (table := find(name)) else None for name in _JSON_COLUMNS]
     # Most events are changes of nodes, which have nothing else.
     more = None if _KNOWN.issuperset(data) else _json({k: data[k] for k in data if k not in _KNOWN})
-    return (seq, round(event.time, 6), event.tick, event.kind.value, *own, *tables, more)
+    return (seq, event.time, event.tick, event.kind.value, *own, *tables, more)
 
 
 def run_from_row(row: Sequence[Any]) -> JournaledRun:

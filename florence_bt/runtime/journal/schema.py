@@ -55,6 +55,17 @@ CREATE TABLE events (
 CREATE TABLE notes (name TEXT PRIMARY KEY, value TEXT NOT NULL);
 """
 
+_LATER_TABLES = """
+CREATE TABLE IF NOT EXISTS texts (hash TEXT PRIMARY KEY, text TEXT NOT NULL);
+CREATE TABLE IF NOT EXISTS run_texts (
+    run INTEGER NOT NULL REFERENCES runs (id) ON DELETE CASCADE,
+    file TEXT NOT NULL,
+    hash TEXT NOT NULL,
+    PRIMARY KEY (run, file)
+) WITHOUT ROWID;
+"""
+"""Tables that a file of this version may lack: older programs wrote it, and need not know them to read it."""
+
 VERSION = 1
 """The version of these tables."""
 
@@ -93,7 +104,7 @@ def is_damage(error: Exception) -> bool:
 
 
 def make_tables(connection: sqlite3.Connection) -> None:
-    """Make the tables of a new file.
+    """Make the tables of a new file, and those that an older program has not made.
 
     Raises:
         JournalBroken: The file is of another version.
@@ -101,6 +112,7 @@ def make_tables(connection: sqlite3.Connection) -> None:
     """
     if not check_version(connection):
         connection.executescript(f"BEGIN IMMEDIATE; {_TABLES} PRAGMA user_version = {VERSION}; COMMIT;")
+    connection.executescript(_LATER_TABLES)
 
 
 def check_version(connection: sqlite3.Connection) -> int:

@@ -7,10 +7,11 @@ file whole when the power fails (https://www.sqlite.org/wal.html, "Performance c
 
 from __future__ import annotations
 
+import hashlib
 import os
 import shutil
 import sqlite3
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import groupby
 from pathlib import Path
@@ -30,6 +31,8 @@ _EVENT = (
 _LAST_ENTRY = (
     "INSERT INTO notes (name, value) VALUES (?, ?) ON CONFLICT (name) DO UPDATE SET value = excluded.value"
 )
+_TEXT = "INSERT OR IGNORE INTO texts (hash, text) VALUES (?, ?)"
+_RUN_TEXT = "INSERT OR REPLACE INTO run_texts (run, file, hash) SELECT id, ?, ? FROM runs WHERE run_id = ?"
 _FINAL = ", ".join(f"'{name}'" for name in sorted(status.value for status in FINAL))
 
 
@@ -59,6 +62,14 @@ class RunUpdate:
 
 
 @dataclass(frozen=True, slots=True)
+class RunTexts:
+    """A run has begun; the texts of the files that it rests on, by file."""
+
+    run_id: str
+    texts: Mapping[Path, str]
+
+
+@dataclass(frozen=True, slots=True)
 class EventRow:
     """An event of a run."""
 
@@ -74,7 +85,7 @@ class LastEntry:
     date: str
 
 
-Job = NewRun | RunUpdate | EventRow | LastEntry
+Job = NewRun | RunUpdate | RunTexts | EventRow | LastEntry
 
 
 class Store:
@@ -182,6 +193,9 @@ class Store:
                         connection.execute(_NEW_RUN, values)
                     case RunUpdate(run_id=run_id, values=values):
                         connection.execute(_CHANGE, (*values, run_id))
+                    case RunTexts(run_id=run_id, texts=texts):
+                        for file, text in texts.items():
+                            _write_text(connection, run_id, file, text)
                     case LastEntry(date=date):
                         connection.execute(_LAST_ENTRY, (WRITTEN, date))
 
@@ -212,9 +226,17 @@ class Store:
                 problem = problem or error
             else:
                 connection.execute("DELETE FROM runs WHERE id = ?", (number,))
+        connection.execute("DELETE FROM texts WHERE hash NOT IN (SELECT hash FROM run_texts)")
         if problem is not None:
             raise problem
         return True
+
+
+def _write_text(connection: sqlite3.Connection, run_id: str, file: Path, text: str) -> None:
+    """Write that a run rests on a text, which is kept once for all runs."""
+    fingerprint = hashlib.sha256(text.encode()).hexdigest()
+    connection.execute(_TEXT, (fingerprint, text))
+    connection.execute(_RUN_TEXT, (str(file), fingerprint, run_id))
 
 
 def _is_event(job: Job) -> bool:

@@ -20,6 +20,7 @@ _WORDS = {
     EventKind.PAUSED.value: "paused",
     EventKind.RESUMED.value: "resumed",
     EventKind.RECOVERED.value: "recovered after a crash",
+    EventKind.OVERRIDDEN.value: "the base is given up",
     EventKind.STOP_ASKED.value: "stop asked",
     EventKind.BROKEN.value: "an error inside",
     EventKind.ENDED.value: "ended",

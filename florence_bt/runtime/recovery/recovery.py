@@ -31,7 +31,7 @@ from florence_bt.runtime.journal import (
     JournalReader,
 )
 from florence_bt.runtime.journal.text import tree_from_events, with_one_clock
-from florence_bt.runtime.recovery.replay import ReplayDiverged, replay
+from florence_bt.runtime.replay.replay import ReplayDiverged, replay
 from florence_bt.runtime.run import MissionRequest, MissionRun, RunStatus, TriggerPolicy
 
 MakeSafe = Callable[[], SkillRun]
@@ -391,7 +391,7 @@ class Recovery:
             self._abort(past, f"it cannot be resumed: {type(error).__name__}: {error}")
             return
         if done.over is not None:
-            self._executor.close_past(done.tree.run, *done.over)
+            self._executor.close_past(done.tree.run, *done.over, taken_up=True)
             return
         done.tree.run.paused = self._pause_asked
         self._executor.resume_recovered(done.tree)

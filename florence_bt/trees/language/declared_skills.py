@@ -83,12 +83,14 @@ class DeclaredSkills:
         findings: What was wrong with the file.
         mappings: How skills are served, by name, where the file says it.
         positions: Where the skills stand, by name.
+        text: The text of the file.
     """
 
     declarations: dict[str, SkillDeclaration]
     findings: tuple[Finding, ...] = ()
     mappings: dict[str, MessageMapping] = field(default_factory=dict)
     positions: dict[str, Position] = field(default_factory=dict)
+    text: str = field(default="", repr=False)
 
 
 def is_skills_file(path: Path) -> bool:
@@ -139,7 +141,8 @@ def _skills_of(data: bytes, path: Path, interfaces: object) -> DeclaredSkills:
                 mappings[name.text] = mapping
     _check_groups(reader, source, skills, declared)
     # What several skills have of one place of the file is read for each of them.
-    return DeclaredSkills(declared, tuple(dict.fromkeys(reader.findings)), mappings, positions)
+    findings = tuple(dict.fromkeys(reader.findings))
+    return DeclaredSkills(declared, findings, mappings, positions, data.decode())
 
 
 def _extended(reader: Reader, name: str, source: YamlNode, above: dict[str, YamlMapping]) -> YamlNode:

@@ -39,6 +39,8 @@ class MissionLibrary:
         self.mappings: dict[str, MessageMapping] = {}
         """How those are served of which these files say it."""
         self._skills_files: set[Path] = set()
+        self._skills_texts: dict[str, tuple[Path, str]] = {}
+        """Skill -> the file that declares it, and its text; not of those that come with Florence."""
         self._skills_folders: set[Path] = set()
         self._missions: dict[str, Mission] = {}
         self._files: dict[str, Path] = {}
@@ -148,6 +150,8 @@ class MissionLibrary:
                 self._findings.append(Finding(str(path), place.line, place.column, WARNING, message, valid))
         self.compiled = None
         self.declarations.update(declared.declarations)
+        if path != STOCK:
+            self._skills_texts.update(dict.fromkeys(declared.declarations, (path, declared.text)))
         for name, mapping in declared.mappings.items():
             self._note_two_types(path, declared.positions[name], mapping)
             self.mappings[name] = mapping
@@ -205,16 +209,37 @@ class MissionLibrary:
         """Return the names of every mission, in alphabetical order."""
         return sorted(self._missions)
 
+    def called_by(self, name: str) -> list[str]:
+        """Return the missions that a mission calls, and those that they call, without itself."""
+        found = [name]
+        for each in found:
+            found += dict.fromkeys(called for called in self._calls(each) if called not in found)
+        return found[1:]
+
     def skills_below(self, name: str) -> Iterator[tuple[str, str]]:
         """Yield the skills that a mission uses and all that it calls, each with the mission that uses it."""
-        waiting = [name]
-        for name in waiting:
-            mission = self.find(name)
+        for each in (name, *self.called_by(name)):
+            mission = self.find(each)
             for node in mission.nodes() if mission is not None else ():
                 if isinstance(node, RunSkill):
-                    yield node.skill, name
-                elif isinstance(node, CallMission) and node.mission.text not in waiting:
-                    waiting.append(node.mission.text)
+                    yield node.skill, each
+
+    def texts_of(self, name: str) -> dict[Path, str]:
+        """Return the texts that a run of a mission rests on, by file.
+
+        These are its own, those of the missions that it calls, and of the files beside missions that declare
+        skills which they use.
+        """
+        missions = filter(None, map(self.find, (name, *self.called_by(name))))
+        skills = (
+            self._skills_texts[skill] for skill, _ in self.skills_below(name) if skill in self._skills_texts
+        )
+        return {mission.file: mission.text for mission in missions} | dict(skills)
+
+    def _calls(self, name: str) -> list[str]:
+        mission = self.find(name)
+        nodes = mission.nodes() if mission is not None else ()
+        return [node.mission.text for node in nodes if isinstance(node, CallMission)]
 
     def __contains__(self, name: object) -> bool:
         return name in self._missions

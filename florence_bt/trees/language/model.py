@@ -389,6 +389,7 @@ class Mission:
         findings: What was wrong with the file's form.
         lost: Where the form is wrong: the keys that nodes would write, broken nodes included.
         version: Stands for the text of the file: equal versions are equal texts.
+        text: The text of the file; empty of one that is too broken to be a mission.
         imported_from: The file of another project that it was imported from; empty for one that is our own.
     """
 
@@ -404,6 +405,7 @@ class Mission:
     findings: tuple[Finding, ...] = ()
     lost: frozenset[str] = frozenset()
     version: str = ""
+    text: str = field(default="", repr=False)
     imported_from: str = ""
 
     def required_inputs(self) -> tuple[str, ...]:

@@ -101,6 +101,7 @@ class _MissionParser(NodeReader):
             findings=tuple(self.findings),
             lost=frozenset(_named_anywhere(source)) if self.findings else frozenset(),
             version=hashlib.sha256(data).hexdigest()[:16],
+            text=data.decode(),
             imported_from=self._text(source, "imported_from"),
         )
 

@@ -24,11 +24,11 @@ STOPPING = (1, 43, 102, 131, 138, 450, 572, 577, 608, 700)
 """Runs that die while a skill that was cancelled has not ended."""
 
 
-def process(folder, seed, *, start, name):
+def process(folder, seed, *, start, name, declarations=DECLARATIONS):
     """A process with scripted skills; the same seed gives the same scripts."""
     chance = random.Random(seed + 1)
     clock, skills = ManualClock(start), {}
-    for skill, declaration in DECLARATIONS.items():
+    for skill, declaration in declarations.items():
         outputs = {"n": chance.randrange(4)} if skill == "count" else {}
         results = [
             success(**outputs),
@@ -45,9 +45,9 @@ def process(folder, seed, *, start, name):
         ]
         skills[skill] = ScriptedSkill(declaration, clock, steps)
     journal, told = Journal(folder / "runs"), []
-    missions = MissionFolders.of([folder], DECLARATIONS, built_in=False)
-    executor = Executor(missions, skills, DECLARATIONS, clock, RunIds(name), log=journal)
-    Recovery(executor, journal, DECLARATIONS, clock, told.append).begin()
+    missions = MissionFolders.of([folder], declarations, built_in=False)
+    executor = Executor(missions, skills, declarations, clock, RunIds(name), log=journal)
+    Recovery(executor, journal, declarations, clock, told.append).begin()
     return clock, executor, told
 
 

@@ -9,8 +9,9 @@ import pytest
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import success
 from florence_bt.mission_testing.mocks.mocks import Step
-from florence_bt.runtime.recovery import recovery, replay
+from florence_bt.runtime.recovery import recovery
 from florence_bt.runtime.recovery.recovery import MAX_IN_A_ROW
+from florence_bt.runtime.replay.recorded_skills import RecordedRun
 from florence_bt.runtime.run import MissionRequest, RunStatus
 from tests.sweeps import sweep
 from tests.unit.runtime.recovery_bench import (
@@ -219,10 +220,8 @@ def test_the_work_of_a_resume_grows_with_the_journal_and_no_faster(tmp_path, mon
     run = first.executor.trigger(MissionRequest("long"))
     first.clock.advance(200.0)
     asked = []
-    release = replay._RecordedRun.release
-    monkeypatch.setattr(
-        replay._RecordedRun, "release", lambda self, tick: (asked.append(tick), release(self, tick))
-    )
+    release = RecordedRun.release
+    monkeypatch.setattr(RecordedRun, "release", lambda self: (asked.append(self), release(self)))
     second = Process(tmp_path, name="B")
     assert second.executor.current.run_id == run.run_id
     events = second.past(run.run_id).ticks
