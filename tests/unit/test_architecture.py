@@ -1,4 +1,4 @@
-"""ARCHITECTURE.md names folders, modules and functions that exist."""
+"""ARCHITECTURE.md and the walks name folders, modules and functions that exist."""
 
 import ast
 import re
@@ -10,18 +10,19 @@ import pytest
 ROOT = Path(__file__).parents[2]
 PACKAGE = ROOT / "florence_bt"
 TEXT = (ROOT / "ARCHITECTURE.md").read_text(encoding="utf-8")
-QUOTED = sorted(set(re.findall(r"`([^`\n]+)`", TEXT)))
+WALKS = (ROOT / "docs" / "notes" / "walks.md").read_text(encoding="utf-8")
+QUOTED = sorted(set(re.findall(r"`([^`\n]+)`", TEXT + WALKS)))
 
 
 def methods(classes: set[str]) -> set[str]:
     """The methods of the classes with these names, as ``Class.method``."""
     found = set()
-    for file in PACKAGE.rglob("*.py"):
+    for file in [*PACKAGE.rglob("*.py"), *(ROOT / "packages").glob("*/florence_*/**/*.py")]:
         text = file.read_text(encoding="utf-8")
         if not classes.isdisjoint(re.findall(r"^class (\w+)", text, re.M)):
             for node in ast.parse(text).body:
                 if isinstance(node, ast.ClassDef):
-                    parts = (part for part in node.body if isinstance(part, ast.FunctionDef))
+                    parts = (part for part in node.body if isinstance(part, ast.FunctionDef | ast.AsyncFunctionDef))
                     found |= {f"{node.name}.{part.name}" for part in parts}
     return found
 
