@@ -116,6 +116,14 @@ FIGURES: tuple[Figures, ...] = (
         ("tools/trials.py", "tools/best_case.py", *_MISSIONS),
     ),
     Figures(
+        "notes/trials.md",
+        ("late against", "drawn against"),
+        "tools/trials_compared.py",
+        "",
+        "",
+        ("tools/trials_compared.py", "docs/notes/rows"),
+    ),
+    Figures(
         "notes/follow.md",
         ("follow",),
         "tools/follow_trials.py",

@@ -28,9 +28,7 @@ from florence_bt.ros.ports import RosPorts
 
 
 class HokuyoNode(FlorenceNode):
-    """Tells scans (:class:`LaserScanning`) on ``scan`` and, with ``multi_echo``, ``echoes``; ``diagnostics``.
-
-    Serves ``~/self_test``.
+    """Publishes ``scan``, ``diagnostics`` and, with ``multi_echo``, ``echoes``; serves ``~/self_test``.
 
     It opens the port again when it is lost.
 

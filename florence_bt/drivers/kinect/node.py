@@ -35,7 +35,7 @@ CLOUDS = (DEPTH_POINTS, COLOURED_POINTS, REGISTERED_POINTS)
 
 class KinectNode(FlorenceNode):
     """Publishes depth images with their camera model, and diagnostics; while somebody looks also colour
-    images, points, coloured points, and depth in whole millimetres (:class:`CameraSeeing`).
+    images, points, coloured points, and depth in whole millimetres.
 
     Opens the source again, with growing pauses, whenever it is lost. A slow executor gets the newest frame of
     each kind and misses the others.

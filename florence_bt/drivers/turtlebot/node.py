@@ -26,7 +26,10 @@ from florence_bt.ros.ports import RosPorts
 
 
 class TurtlebotNode(FlorenceNode):
-    """Drives the base (:class:`BaseDriving`). Opens the port again whenever it is lost.
+    """Drives the base by ``cmd_vel`` and publishes what it senses. Opens the port again whenever it is lost.
+
+    While the manual override is on (``florenceLocator/manualOverride``), the base stops and obeys
+    ``manual_cmd_vel`` only.
 
     Publishes ``odom``, ``imu/data``, ``imu/raw``, ``~/sensor_state``, ``~/stop_reason``, ``joint_states``,
     ``battery_state``, ``diagnostics``, of a Create 2 ``~/create2_sensors``, and the transform of the base;

@@ -226,10 +226,13 @@ class DrawnPeople:
         """Take something for a person."""
         old = self._views.get("")
         drawn = self._drawn("", robot, (0.0, 0.0))
+        taken = drawn is not old and _NORMAL.cdf(drawn.noticed) < chance
+        if not taken and drawn.place is None:
+            return
         points = answers.pixels.points[::STRIDE, ::STRIDE]
         away = np.hypot(points[..., 0], points[..., 1])
         possible = (away > NEAREST_M) & (away < FARTHEST_M) & (points[..., 2] > 0.3) & (answers.person == 0.0)
-        if drawn is not old and _NORMAL.cdf(drawn.noticed) < chance and possible.any():
+        if taken and possible.any():
             row, column = self._chance.choice(np.argwhere(possible))
             drawn.place = robot.apply(*points[row, column, :2].tolist())
         if drawn.place is not None:

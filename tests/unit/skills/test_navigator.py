@@ -10,6 +10,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from florence_bt.core.base_stop import BaseStop
 from florence_bt.core.geometry import STANDSTILL, FramedPose, Pose2, angle_difference, problem_with_quaternion
 from florence_bt.core.outcome import Outcome, Result
 from florence_bt.core.serving import ActionBinding
@@ -29,7 +30,6 @@ from florence_bt.skills.navigation.navigate.results import (
     SERVER_CODES,
     SPIN_SERVER_CODES,
     TOUCHES,
-    BaseStop,
     result_from_server,
 )
 from florence_bt.skills.served import error_codes

@@ -37,6 +37,7 @@ MAKE_NO_TABLE = {
     "parameters_page.py",
     "person_network",
     "recovery_page.py",
+    "drawn_people.py",
     "robot_picture.py",
     "setup.py",
     "skills_page.py",

@@ -58,7 +58,7 @@ class Pixels:
         """
         camera = picture.camera
         rows, columns = _sampled(camera)
-        depth = np.asarray(picture.depth, np.float32)[np.ix_(rows, columns)]
+        depth = np.asarray(picture.depth, np.float32).take(rows, axis=0).take(columns, axis=1)
         along, rays = _directions(camera, optical_in_base.rotation.tobytes())
         points = depth * along + optical_in_base.translation.astype(np.float32)[:, None, None]
         side = camera.width / (INPUT_SIZE[0] * camera.fx) * camera.height / (INPUT_SIZE[1] * camera.fy)
