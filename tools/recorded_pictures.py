@@ -20,8 +20,8 @@ from florence_bt.core.transforms import Transform3
 from florence_bt.drivers.kinect.driver import KinectDriver, KinectParameters
 from florence_bt.drivers.kinect.recording import recorded_depth
 from florence_bt.simulation.home.flat import Entry, Finite
+from florence_bt.simulation.home.model_reader import ModelReader
 from florence_bt.simulation.home.person import PersonSpec
-from florence_bt.simulation.home.positioned_yaml import PositionedYaml
 
 LABELS = "labels.yaml"
 
@@ -100,7 +100,7 @@ def recorded_pictures(folder: Path) -> Iterator[tuple[DepthImage, Transform3, Tr
     Raises:
         FlorenceError: The folder is not a recording, or its labels cannot be used.
     """
-    source = PositionedYaml(folder / LABELS)
+    source = ModelReader(folder / LABELS)
     scenes = source.parse(LabelsEntry).scenes
     mount = robot_frames().lookup("base_footprint", CAMERA_FRAME)
     driver = KinectDriver(KinectParameters())
@@ -116,7 +116,7 @@ def recorded_pictures(folder: Path) -> Iterator[tuple[DepthImage, Transform3, Tr
                 break
     for number, scene in enumerate(scenes):
         if number not in used:
-            raise source.error(
+            raise source.error_at(
                 ("scenes", number),
                 f"no picture shows the scene from {scene.begin:g} to {scene.end:g} s",
                 [f"times from 0 to {last:g} s, in no scene above"],

@@ -14,6 +14,7 @@ from florence_bt.core.errors import ConfigError, closest_first, raise_all
 from florence_bt.core.paths import find_data
 from florence_bt.core.plain_yaml import (
     EmptyFile,
+    Position,
     YamlMapping,
     YamlNode,
     YamlScalar,
@@ -21,7 +22,7 @@ from florence_bt.core.plain_yaml import (
     parse_yaml,
     read_yaml,
 )
-from florence_bt.core.settings_file import SettingsReader
+from florence_bt.core.yaml_reader import YamlReader
 from florence_bt.ros.arguments import parameters_in
 from florence_bt.ros.parameters import check_parameters, parameter_names
 
@@ -174,7 +175,7 @@ def _rule(text: str) -> Section:
     return Section(node or "/**", {name: entry}, reader.error_at(parsed))
 
 
-class _ConfigReader(SettingsReader):
+class _ConfigReader(YamlReader):
     def sections(self, root: YamlMapping, above: str = "") -> Iterator[Section]:
         """Yield the part of the file of each node, in any depth of namespaces."""
         seen: set[str] = set()
@@ -247,7 +248,7 @@ class _RuleReader(_ConfigReader):
         super().__init__(Path(rule))
         self._rule = rule
 
-    def error(self, problem: str, source: YamlNode, valid: Iterable[str] = ()) -> ConfigError:
+    def error(self, problem: str, source: YamlNode | Position, valid: Iterable[str] = ()) -> ConfigError:
         """Make the error to raise about the rule."""
         return ConfigError(f"-p {self._rule}: {problem}", valid=valid)
 

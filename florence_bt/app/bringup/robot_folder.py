@@ -7,7 +7,7 @@ from pathlib import Path
 
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.plain_yaml import YamlNode, read_yaml
-from florence_bt.core.settings_file import SettingsReader
+from florence_bt.core.yaml_reader import YamlReader
 
 FILE = "florence.yaml"
 """Its settings file."""
@@ -53,18 +53,19 @@ def read_robot_folder(folder: Path) -> RobotFolder:
             f"{str(folder)!r} is not the folder of a robot: it has no {FILE}",
             valid=[f"florence init {folder}"],
         )
-    reader = SettingsReader(file)
+    reader = YamlReader(file)
     entries = reader.mapping(read_yaml(file), KEYS, needed=["robot"])
     base = folder.absolute()
 
     def path(source: YamlNode, name: str) -> Path:
         return base / Path(reader.text(source, name)).expanduser()
 
-    def flag(source: YamlNode, name: str) -> bool:
-        return reader.choice(source, name, ("true", "false")) == "true"
-
     def folders(source: YamlNode, name: str) -> tuple[Path, ...]:
         return tuple(path(item, name) for item in reader.sequence(source, name))
 
-    readers = dict.fromkeys(FILES, path) | {"missions": folders, "speech": reader.text, "emulate": flag}
+    readers = dict.fromkeys(FILES, path) | {
+        "missions": folders,
+        "speech": reader.text,
+        "emulate": reader.flag,
+    }
     return RobotFolder(**reader.values(entries, readers))

@@ -14,9 +14,9 @@ from florence_bt.core.errors import ConfigError
 from florence_bt.core.plain_yaml import YamlNode, parse_yaml
 from florence_bt.core.polygons import Point
 from florence_bt.core.sensing import OccupancyGrid
-from florence_bt.core.settings_file import SettingsReader
 from florence_bt.core.text_files import refuse_to_replace
 from florence_bt.core.units import UNITS
+from florence_bt.core.yaml_reader import YamlReader
 from florence_bt.skills.locator.hotspot_file import HotspotFile
 from florence_bt.skills.navigation.localisation.saved_pose import load_pose, pose_text
 from florence_bt.skills.navigation.map_server.map_file import load_map, read_description
@@ -181,7 +181,7 @@ def _typed(text: str) -> YamlNode:
     return parse_yaml(text.encode(), Path("what was typed"))
 
 
-class _Reader(SettingsReader):
+class _Reader(YamlReader):
     """Reads what was typed."""
 
     def points(self, source: YamlNode) -> list[Point]:

@@ -219,12 +219,7 @@ class SourceReader(WordReader):
 
     def whole(self, source: YamlNode, what: str) -> int | None:
         """Read a whole number of at least 0."""
-        text = self.text(source, what)
-        if text is not None and re.fullmatch(r"\d{1,9}", text):
-            return int(text)
-        if text is not None:
-            self.error(source.position, f"{what} must be a whole number of at least 0", ["1"])
-        return None
+        return self.noted(self.yaml.count, source, what)
 
     def pattern(
         self,

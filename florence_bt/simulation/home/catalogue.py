@@ -10,7 +10,7 @@ from pydantic import Field
 
 from florence_bt.core.paths import find_data
 from florence_bt.simulation.home.flat import Entry, Finite, HexColour, Models, Name, Places
-from florence_bt.simulation.home.positioned_yaml import Location, PositionedYaml
+from florence_bt.simulation.home.model_reader import Location, ModelReader
 
 
 class PieceKind(Entry):
@@ -68,13 +68,13 @@ def load_catalogue() -> Catalogue:
     Raises:
         ConfigError: The file is missing or wrong, with file:line:column.
     """
-    source = PositionedYaml(find_data("maps", "furniture.yaml"))
+    source = ModelReader(find_data("maps", "furniture.yaml"))
     catalogue = source.parse(Catalogue)
 
     def check(location: Location, what: str, names: Iterable[str], known: Iterable[str]) -> None:
         for name in names:
             if name not in known:
-                raise source.unknown(location, what, name, list(known))
+                raise source.unknown_at(location, what, name, list(known))
 
     check(("places",), "model", catalogue.places, catalogue.models)
     for label, group in catalogue.groups.items():

@@ -14,7 +14,7 @@ from pydantic import AfterValidator, AllowInfNan, BaseModel, ConfigDict, Field, 
 from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.core.geometry import Pose2, normalize_angle
 from florence_bt.core.paths import find_data
-from florence_bt.simulation.home.positioned_yaml import Location, PositionedYaml
+from florence_bt.simulation.home.model_reader import Location, ModelReader
 from florence_bt.simulation.sensors.scene import Surface
 
 Colour = tuple[int, int, int]
@@ -191,15 +191,15 @@ def load_flat(file: Path | None = None) -> Flat:
     Raises:
         ConfigError: The file is missing or wrong, with file:line:column.
     """
-    source = PositionedYaml(file if file is not None else default_flat_file())
+    source = ModelReader(file if file is not None else default_flat_file())
     entries = source.parse(FlatFile)
     _check_names(source, entries)
     for index, piece in enumerate(entries.furniture):
         if piece.model not in entries.models:
-            raise source.unknown(("furniture", index, "model"), "model", piece.model, list(entries.models))
+            raise source.unknown_at(("furniture", index, "model"), "model", piece.model, list(entries.models))
     for model in entries.places:
         if model not in entries.models:
-            raise source.unknown(("places", model), "model", model, list(entries.models))
+            raise source.unknown_at(("places", model), "model", model, list(entries.models))
     flat = build_flat(entries)
     _check_places(source, flat)
     return flat
@@ -347,7 +347,7 @@ def _placed(piece: FurnitureEntry, turned: Pose2, part: PartEntry) -> Solid:
     )
 
 
-def _check_names(source: PositionedYaml, entries: FlatFile) -> None:
+def _check_names(source: ModelReader, entries: FlatFile) -> None:
     """Check that things that the robot can touch have unique names; so have those it can drive to."""
     seen: set[str] = set()
     named: list[tuple[Location, str]]
@@ -360,29 +360,31 @@ def _check_names(source: PositionedYaml, entries: FlatFile) -> None:
     named += [(("furniture", index, "name"), piece.name) for index, piece in enumerate(entries.furniture)]
     for location, name in named:
         if name in seen:
-            raise source.error(location, f"the name {name!r} is given twice")
+            raise source.error_at(location, f"the name {name!r} is given twice")
         seen.add(name)
     for label in entries.hotspots:
         if label in entries.rooms:
-            raise source.error(("hotspots", label), f"{label!r} is a room already")
+            raise source.error_at(("hotspots", label), f"{label!r} is a room already")
 
 
-def _check_places(source: PositionedYaml, flat: Flat) -> None:
+def _check_places(source: ModelReader, flat: Flat) -> None:
     """Check that hotspots, seats and the start lie where they claim to lie."""
     names = [room.name for room in flat.rooms]
     for room in flat.rooms:
         if not room.contains(room.hotspot.pose.x, room.hotspot.pose.y):
-            raise source.error(("rooms", room.name, "hotspot"), f"the hotspot lies outside of {room.name!r}")
+            raise source.error_at(
+                ("rooms", room.name, "hotspot"), f"the hotspot lies outside of {room.name!r}"
+            )
     for hotspot in flat.objects:
         if flat.room_at(hotspot.pose.x, hotspot.pose.y) is None:
-            raise source.error(("hotspots", hotspot.label), f"{hotspot.label!r} lies in no room")
+            raise source.error_at(("hotspots", hotspot.label), f"{hotspot.label!r} lies in no room")
     for index, seat in enumerate(flat.seats):
         if seat.room not in names:
-            raise source.unknown(("seats", index, "room"), "room", seat.room, names)
+            raise source.unknown_at(("seats", index, "room"), "room", seat.room, names)
         if not flat.room(seat.room).contains(seat.pose.x, seat.pose.y):
-            raise source.error(("seats", index), f"the seat lies outside of {seat.room!r}")
+            raise source.error_at(("seats", index), f"the seat lies outside of {seat.room!r}")
     if flat.room_at(flat.start.x, flat.start.y) is None:
-        raise source.error(("start",), "the start lies in no room")
+        raise source.error_at(("start",), "the start lies in no room")
 
 
 def _check_colour(text: str) -> str:

@@ -14,8 +14,8 @@ from pathlib import Path
 
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.plain_yaml import YamlMapping, YamlNode, YamlSequence, read_yaml
-from florence_bt.core.settings_file import SettingsReader, ValueReader
 from florence_bt.core.text_files import decode, read_bytes
+from florence_bt.core.yaml_reader import ValueReader, YamlReader
 from florence_bt.skills.locator.hotspots import Hotspots
 
 ON = frozenset({"true", "on", "1", "yes", "open", "motion", "detected", "occupied"})
@@ -149,7 +149,7 @@ def load_home(path: str | Path, hotspots: Hotspots) -> HomeSettings:
 _KINDS = tuple(kind.value for kind in SensorKind)
 
 
-class _HomeSettingsReader(SettingsReader):
+class _HomeSettingsReader(YamlReader):
     """Reads the home sensors of one file."""
 
     def __init__(self, file: Path, hotspots: Hotspots) -> None:

@@ -23,9 +23,9 @@ from florence_bt.core.plain_yaml import (
     parse_yaml,
 )
 from florence_bt.core.polygons import Point, Polygon, contains
-from florence_bt.core.settings_file import SettingsReader, missing_key
 from florence_bt.core.text_files import read_bytes
 from florence_bt.core.units import QUANTITY, UNITS
+from florence_bt.core.yaml_reader import YamlReader, missing_key
 from florence_bt.core.zones import KINDS as ZONE_KINDS
 from florence_bt.core.zones import MAX_CORNERS, MAX_ZONES, SLOW, Zone
 
@@ -280,7 +280,7 @@ def read_item(section: str, label: str, values: Mapping[str, str]) -> Places:
     return places
 
 
-class _PlacesReader(SettingsReader):
+class _PlacesReader(YamlReader):
     """Reads one hotspot file to its end, whatever is wrong with it."""
 
     def read(self, root: YamlNode, problems: list[ConfigError]) -> Places:

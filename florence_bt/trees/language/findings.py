@@ -69,6 +69,10 @@ class FindingList:
         """Add an error."""
         self._add(position, ERROR, message, valid)
 
+    def add_error(self, error: ConfigError) -> None:
+        """Add what was raised about a part of the file."""
+        self.error(Position(error.line or 1, error.column or 1), error.problem, error.valid)
+
     def warning(self, position: Position, message: str, valid: Iterable[str] = ()) -> None:
         """Add a warning."""
         self._add(position, WARNING, message, valid)

@@ -7,13 +7,15 @@ from __future__ import annotations
 
 import re
 import unicodedata
-from collections.abc import Collection, Iterable, Mapping
-from typing import Any
+from collections.abc import Callable, Collection, Iterable, Mapping
+from pathlib import Path
+from typing import Any, TypeVar
 
 from florence_bt.core.declaration import Kind
-from florence_bt.core.errors import ConfigError, closest_first
+from florence_bt.core.errors import ConfigError
 from florence_bt.core.plain_yaml import Position, YamlMapping, YamlNode, YamlScalar, YamlSequence
 from florence_bt.core.unquoted_commas import UnquotedComma, unquoted_commas
+from florence_bt.core.yaml_reader import YamlReader, written
 from florence_bt.trees.kinds.words import NEVER_INPUTS
 from florence_bt.trees.language import _suggestions as suggestions
 from florence_bt.trees.language.expressions.parser import closing_brace, parse_expression
@@ -30,6 +32,8 @@ from florence_bt.trees.language.model import (
 from florence_bt.trees.language.quantities import is_duration, read_value
 from florence_bt.trees.language.vocabulary import IDENTIFIER, OTHER_YAWS
 
+T = TypeVar("T")
+
 _DOLLAR = re.compile(r"\$(?:(?P<dollar>\$)|(?P<key>[a-z][a-z0-9_]*)|\{(?P<braced>[a-z][a-z0-9_]*)\}|)")
 _NAME = re.compile(r"[A-Za-z_À-ɏ][A-Za-z0-9_À-ɏ]*")
 
@@ -40,52 +44,45 @@ _GLUED = re.compile(r"(?P<name>[a-z][a-z0-9_]*):(?P<value>\S.*)")
 """An entry without the space behind its colon, which YAML reads as a name: ``text:Hello``."""
 _POSE = "{x: 1 m, y: 2 m, yaw: 90 deg}"
 
-_BOOLEAN_WORDS = {
-    "yes": "true",
-    "on": "true",
-    "true": "true",
-    "no": "false",
-    "off": "false",
-    "false": "false",
-}
-"""What people write for true and false."""
-
 
 class WordReader(FindingList):
     """Reads words and times of one file; each method returns None when it added to the findings."""
 
+    def __init__(self, file: Path, *, imported: bool = False) -> None:
+        super().__init__(file, imported=imported)
+        self.yaml = YamlReader(file)
+
+    def noted(self, read: Callable[..., T], *what: Any) -> T | None:
+        """Read something with a method of :attr:`yaml`; what it raises is added to the findings."""
+        try:
+            return read(*what)
+        except ConfigError as error:
+            self.add_error(error)
+            return None
+
     def text(self, source: YamlNode, what: str) -> str | None:
         """Read a text that is not empty."""
-        if isinstance(source, YamlScalar) and not source.empty and source.text.strip():
-            return source.text.strip()
-        self.error(source.position, f"{what} must be text")
-        return None
+        text = self.noted(self.yaml.text, source, what)
+        return None if text is None else text.strip()
 
     def choice(self, source: YamlNode, what: str, words: Collection[str]) -> str | None:
         """Read one of a few words."""
-        written = _written(source)
-        if written in words:
-            return written
-        meant = _BOOLEAN_WORDS.get(written.lower(), "")
-        close = (meant,) if meant in words else closest_first(written, words)
-        valid = close if len(close) < len(words) else words
-        self.error(source.position, f"{what} cannot be {written!r}", valid)
-        return None
+        return self.noted(self.yaml.choice, source, what, words)
 
     def flag(self, source: YamlNode | None, what: str) -> bool:
         """Read true or false; false where nothing is written."""
-        return source is not None and self.choice(source, what, ("true", "false")) == "true"
+        return source is not None and bool(self.noted(self.yaml.flag, source, what))
 
     def duration(self, source: YamlNode, what: str) -> float | None:
         """Read a duration in seconds, zero or more."""
-        written = _written(source)
+        text = written(source)
         try:
-            seconds = float(read_value(written, Kind.DURATION))
+            seconds = float(read_value(text, Kind.DURATION))
         except ConfigError as error:
             self.error(source.position, f"{what}: {error.problem}", error.valid)
             return None
         if seconds < 0.0:
-            self.error(source.position, f"{what} cannot be {written!r}", ["3 s", "500 ms", "2 min"])
+            self.error(source.position, f"{what} cannot be {text!r}", ["3 s", "500 ms", "2 min"])
             return None
         return seconds
 
@@ -233,7 +230,7 @@ class Reader(WordReader):
         try:
             return parse_expression(text, place, exact=column is not None, constants=constants)
         except ConfigError as error:
-            self.error(Position(error.line or 1, error.column or 1), error.problem, error.valid)
+            self.add_error(error)
             return None
 
     def _scalar(self, source: YamlScalar) -> Value | None:
@@ -308,17 +305,6 @@ class Reader(WordReader):
                 [_POSE],
             )
         return PoseParts(parts["x"], parts["y"], parts["yaw"], mapping.position) if len(parts) == 3 else None
-
-
-def _written(source: YamlNode) -> str:
-    """Show what stands there, in short."""
-    match source:
-        case YamlScalar(text=text):
-            return text
-        case YamlSequence():
-            return "[...]"
-        case YamlMapping():
-            return "{...}"
 
 
 _LETTERS = str.maketrans(

@@ -79,7 +79,7 @@ def test_tls_has_a_port_of_its_own(tmp_path: Path) -> None:
         ("sensors: {}", ":1:10", "maps names to sensors"),
         ("sensors:\n  pir: {}", ":2:8", "'room' is missing"),
         ("sensors:\n  pir: {room: kichen}", ":2:15", "would have worked: kitchen"),
-        ("sensors:\n  pir: {room: tv}", ":2:15", "the room 'tv' does not exist"),
+        ("sensors:\n  pir: {room: tv}", ":2:15", "room cannot be 'tv'"),
         ("sensors:\n  pir: {room: hall, knd: motion}", ":2:21", "would have worked: kind"),
         ("sensors:\n  pir: {room: hall, kind: motio}", ":2:27", "would have worked: motion"),
         ("sensors:\n  pir: {room: hall, topic: 'a/#'}", ":2:28", "is not one topic"),

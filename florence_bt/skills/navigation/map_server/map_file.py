@@ -26,8 +26,8 @@ from florence_bt.core.sensing import (
     OccupancyGrid,
     upright_size,
 )
-from florence_bt.core.settings_file import SettingsReader, ValueReader
 from florence_bt.core.text_files import read_bytes
+from florence_bt.core.yaml_reader import ValueReader, YamlReader
 from florence_bt.skills.navigation.map_server.image import FORMATS, MAX_IMAGE_BYTES, decode_image
 
 MODES = ("trinary", "scale", "raw")
@@ -256,7 +256,7 @@ def _files_beside(file: Path, ending: str) -> list[Path]:
     return sorted(file.parent.glob(f"*.{ending}")) if os.path.isdir(file.parent) else []
 
 
-class _MapReader(SettingsReader):
+class _MapReader(YamlReader):
     """Reads the description of one map."""
 
     def read(self, root: YamlNode) -> MapDescription:

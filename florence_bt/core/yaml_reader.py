@@ -1,19 +1,36 @@
-"""Reads typed values of a settings file; an error has file, line, column and what would have worked."""
+"""Reads typed values of a YAML file; an error has file, line, column and what would have worked.
+
+Every file that a person writes is read by it: settings, maps, hotspots, homes, flats, and, with what is wrong
+collected in a list, missions, skills and scenarios (:class:`~florence_bt.trees.language.reader.WordReader`).
+"""
 
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
 from florence_bt.core.errors import ConfigError, closest_first
-from florence_bt.core.plain_yaml import YamlMapping, YamlNode, YamlScalar, YamlSequence
+from florence_bt.core.plain_yaml import Position, YamlMapping, YamlNode, YamlScalar, YamlSequence
 from florence_bt.core.units import QUANTITY
 
 T = TypeVar("T")
+_COUNT = re.compile(r"\d{1,9}")
 ValueReader = Callable[[YamlNode, str], Any]
 """Reads the value of a key that it names in errors."""
+
+
+_BOOLEAN_WORDS = {
+    "yes": "true",
+    "on": "true",
+    "true": "true",
+    "no": "false",
+    "off": "false",
+    "false": "false",
+}
+"""What people write for true and false."""
 
 
 def missing_key(name: str) -> str:
@@ -21,7 +38,7 @@ def missing_key(name: str) -> str:
     return f"{name!r} is missing"
 
 
-class SettingsReader:
+class YamlReader:
     """Reads parts of one file.
 
     Args:
@@ -65,9 +82,7 @@ class SettingsReader:
             raise self.error("a mapping is needed here", source, valid=names)
         for key, _ in source.entries:
             if key.text not in names:
-                self.note(
-                    self.error(f"{key.text!r} is not known here", key, valid=closest_first(key.text, names))
-                )
+                self.note(self.unknown(f"{key.text!r} is not known here", key, key.text, names))
         for name in needed:
             if source.key(name) is None:
                 self.note(self.error(missing_key(name), source, valid=[f"{name}: ..."]))
@@ -89,17 +104,30 @@ class SettingsReader:
         return source.items
 
     def text(self, source: YamlNode, name: str) -> str:
-        """Read a text that is not empty."""
-        if not isinstance(source, YamlScalar) or not source.text.strip():
+        """Read a text that is not empty, as it is written."""
+        if not isinstance(source, YamlScalar) or source.empty or not source.text.strip():
             raise self.error(f"{name} must be text", source, valid=[f"{name}: ..."])
         return source.text
 
     def choice(self, source: YamlNode, name: str, known: Collection[str]) -> str:
-        """Read one of the texts that are known."""
+        """Read one of a few words; an error names the nearest, and of a few that are like none all."""
+        text = written(source)
+        if text in known:
+            return text
+        meant = _BOOLEAN_WORDS.get(text.lower(), "")
+        near = (meant,) if meant in known else closest_first(text, known)
+        raise self.error(f"{name} cannot be {text!r}", source, near if len(near) < len(known) else known)
+
+    def flag(self, source: YamlNode, name: str) -> bool:
+        """Read true or false."""
+        return self.choice(source, name, ("true", "false")) == "true"
+
+    def count(self, source: YamlNode, name: str) -> int:
+        """Read a whole number of at least 0."""
         text = self.text(source, name)
-        if text not in known:
-            raise self.error(f"the {name} {text!r} does not exist", source, valid=closest_first(text, known))
-        return text
+        if not _COUNT.fullmatch(text):
+            raise self.error(f"{name} must be a whole number of at least 0", source, ["1"])
+        return int(text)
 
     def number(self, source: YamlNode, name: str, valid: Iterable[str] = ()) -> float:
         """Read a finite number; ``valid`` is what would have worked."""
@@ -132,7 +160,24 @@ class SettingsReader:
             raise self.error(f"{name} must be finite", source, valid)
         return number
 
-    def error(self, problem: str, source: YamlNode, valid: Iterable[str] = ()) -> ConfigError:
+    def unknown(
+        self, problem: str, source: YamlNode | Position, name: str, known: Collection[str]
+    ) -> ConfigError:
+        """Make the error to raise about a name that there is not, with those that are like it first."""
+        return self.error(problem, source, closest_first(name, known))
+
+    def error(self, problem: str, source: YamlNode | Position, valid: Iterable[str] = ()) -> ConfigError:
         """Make the error to raise about a part of the file."""
-        position = source.position
+        position = source if isinstance(source, Position) else source.position
         return ConfigError(problem, file=self.file, line=position.line, column=position.column, valid=valid)
+
+
+def written(source: YamlNode) -> str:
+    """Show what stands there, in short."""
+    match source:
+        case YamlScalar(text=text):
+            return text
+        case YamlSequence():
+            return "[...]"
+        case YamlMapping():
+            return "{...}"

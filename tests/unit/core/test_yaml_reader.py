@@ -6,7 +6,7 @@ import pytest
 
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.plain_yaml import parse_yaml
-from florence_bt.core.settings_file import SettingsReader
+from florence_bt.core.yaml_reader import YamlReader
 
 FILE = Path("home.yaml")
 TEXT = """\
@@ -17,7 +17,7 @@ hold: 2.5
 
 
 def read(text=TEXT):
-    reader = SettingsReader(FILE)
+    reader = YamlReader(FILE)
     return reader, reader.mapping(parse_yaml(text.encode(), FILE), ("name", "kinds", "hold"), ("name",))
 
 
@@ -48,7 +48,7 @@ def test_the_values_of_a_mapping_are_read_by_a_table():
     ("method", "key", "arguments", "line", "column", "said"),
     [
         ("text", "kinds", ("kinds",), 2, 8, "kinds must be text"),
-        ("choice", "name", ("room", ("kitchen", "hallway")), 1, 7, "the room 'hall' does not exist"),
+        ("choice", "name", ("room", ("kitchen", "hallway")), 1, 7, "room cannot be 'hall'"),
         ("sequence", "name", ("name",), 1, 7, "name must be a list"),
         ("number", "name", ("name",), 1, 7, "name must be a finite number, not 'hall'"),
     ],
