@@ -9,7 +9,7 @@ from __future__ import annotations
 import enum
 import math
 from collections.abc import Callable
-from typing import Generic, Protocol, TypeVar
+from typing import Any, Generic, Protocol, TypeVar
 
 T = TypeVar("T")
 
@@ -49,19 +49,27 @@ class Heard(Generic[T]):
 
     Args:
         time: The clocks.
-        period_s: Seconds between two words; None for what is told only when it changes, which is never old.
+        period_s: Seconds between two words; None for what is told only when it changes: it is never old,
+            unless the one who vouches for it is.
         on_news: Called when a word has come.
+        vouched_by: The word that shows that the teller of what is told only when it changes lives: this one
+            is as old as that one.
 
     Attributes:
         last: The last word, however old; None before the first.
     """
 
     def __init__(
-        self, time: PresentTime, period_s: float | None, on_news: Callable[[], object] = lambda: None
+        self,
+        time: PresentTime,
+        period_s: float | None,
+        on_news: Callable[[], object] = lambda: None,
+        vouched_by: Heard[Any] | None = None,
     ) -> None:
         self.last: T | None = None
         self._time = time
         self._on_news = on_news
+        self._vouched_by = vouched_by
         self._limit_s = math.inf if period_s is None else old_after_s(period_s)
         self._repeated = True
         self._stamp = 0.0
@@ -79,6 +87,11 @@ class Heard(Generic[T]):
         self._steady = self._time.steady()
         self._on_news()
 
+    def forget(self) -> None:
+        """Take note that nobody is left who has told it."""
+        self.last = None
+        self._on_news()
+
     @property
     def stamp(self) -> float:
         """When the last word was sent, by its sender; 0 when that is not known."""
@@ -94,8 +107,14 @@ class Heard(Generic[T]):
         """Seconds since the last word was sent, or, when it does not say, since it came; infinity before it.
 
         A word that was kept for who comes later is as old as its stamp when it comes. From then on the time
-        of this machine counts, too: a simulation waits for drivers, so its time stands when they hang.
+        of this machine counts, too: a simulation waits for drivers, so its time stands when they hang. A word
+        that somebody vouches for is as old as the last sign of that one.
         """
+        if self._vouched_by is not None and self._vouched_by.last is not None and self.last is not None:
+            return min(self._own_age(), self._vouched_by.age)
+        return self._own_age()
+
+    def _own_age(self) -> float:
         now = self._time.of_stamp(self._stamp) if self._stamp else None
         return self.since_s if now is None else max(self.since_s, now - self._stamp)
 
@@ -104,6 +123,8 @@ class Heard(Generic[T]):
         """What the last word is worth."""
         if self.last is None:
             return Freshness.NEVER
+        if self._vouched_by is not None and self._vouched_by.freshness is Freshness.OLD:
+            return Freshness.OLD
         return Freshness.OLD if self._repeated and self.age > self._limit_s else Freshness.FRESH
 
     @property

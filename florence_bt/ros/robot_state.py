@@ -13,16 +13,19 @@ from typing import Any, Generic, TypeVar
 
 from action_msgs.msg import GoalStatusArray
 from diagnostic_msgs.msg import DiagnosticArray
-from florence_interfaces.msg import ManualOverride, StopReason, TrackedUsers
+from florence_interfaces.msg import ManualOverride, RunState, StopReason, TrackedUsers
+from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Odometry as OdometryMsg
 from rclpy.qos import QoSProfile
 from sensor_msgs.msg import BatteryState
+from std_msgs.msg import String
 
 from florence_bt.core.diagnosis import Diagnosis, Severity
 from florence_bt.core.geometry import Twist2
 from florence_bt.core.heard import Heard, PresentTime
 from florence_bt.core.topic_names import (
     BATTERY_STATE,
+    CURRENT_GOAL,
     DIAGNOSTICS,
     FAILURES,
     LATENESS,
@@ -31,13 +34,16 @@ from florence_bt.core.topic_names import (
     ODOMETRY,
     OVERRIDE_STATE,
     REFUSALS,
+    RUN_STATE,
     SERVERS_STATUS,
+    SPEAKING,
     STOP_REASON,
     SUPERVISOR,
     TRACKED_USERS,
 )
 from florence_bt.ros.conversions import stamp_from_ros, twist_from_ros
 from florence_bt.ros.diagnostics import diagnosis_from_ros
+from florence_bt.ros.endings import Tellers, tellers_of
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.present_time import PresentTimeOfStamps
 from florence_bt.ros.qos import LATCHED, LATCHED_BY_MANY, NO_EVENTS, RELIABLE, SENSOR, STATE
@@ -113,6 +119,12 @@ PEOPLE: Told[tuple[int, ...]] = Told(
     TRACKED_USERS, TrackedUsers, (RELIABLE,), lambda message: tuple(sorted(message.user_ids)), 0.2
 )
 """The numbers of the people in view, while somebody looks for them."""
+RUN: Told[RunState] = Told(RUN_STATE, RunState, (LATCHED,), _itself)
+"""The run of a mission that goes on, or the last one."""
+SPOKEN: Told[str] = Told(SPEAKING, String, (LATCHED,), lambda message: str(message.data))
+"""The sentence that the robot says; empty when it says nothing."""
+DRIVE_GOAL: Told[PoseStamped] = Told(CURRENT_GOAL, PoseStamped, (LATCHED,), _itself)
+"""The goal of the drive that goes on; one without a frame when it is over."""
 GOALS: Told[GoalStatusArray] = Told(
     f"{NAVIGATE_TO_POSE}/_action/status", GoalStatusArray, (LATCHED,), _itself
 )
@@ -137,22 +149,41 @@ class RobotState:
         self._diagnoses: dict[str, Heard[Diagnosis]] = {}
         self._on_diagnosis: list[Callable[[str, Diagnosis], object]] = []
         self._hears_diagnostics = False
+        self._tellers: list[Tellers] = []
 
-    def listen(self, part: Told[T], on_news: Callable[[], object] = lambda: None) -> Heard[T]:
+    def listen(
+        self,
+        part: Told[T],
+        on_news: Callable[[], object] = lambda: None,
+        *,
+        vouched_by: Heard[Any] | None = None,
+    ) -> Heard[T]:
         """Listen to a part; what was heard last of it is brought up to date from now on.
 
         Args:
             part: The part.
-            on_news: Called when it has come.
+            on_news: Called when it has come, and when nobody is left who has told it
+                (:meth:`look_who_is_left`).
+            vouched_by: The word that shows that its teller lives, of what is told only when it changes.
         """
-        heard: Heard[T] = Heard(self.time, part.period_s, on_news)
+        heard: Heard[T] = Heard(self.time, part.period_s, on_news, vouched_by)
+        tellers = tellers_of(self._node, part.topic, heard.forget) if part.period_s is None else None
+        if tellers is not None:
+            self._tellers.append(tellers)
 
         def take(message: Any) -> None:
-            header = getattr(message, "header", None)
+            header = None if part.period_s is None else getattr(message, "header", None)
             heard.take(part.read(message), 0.0 if header is None else stamp_from_ros(header.stamp))
+            if tellers is not None:
+                tellers.heard()
 
         self._subscribe(part.message, part.topic, take, part.qos)
         return heard
+
+    def look_who_is_left(self) -> None:
+        """Forget what is told only when it changes and whose tellers are all gone; to be called often."""
+        for tellers in self._tellers:
+            tellers.look()
 
     def listen_to_diagnostics(self, on_diagnosis: Callable[[str, Diagnosis], object] | None = None) -> None:
         """Listen to what all nodes say of how they do; see :meth:`diagnoses`.

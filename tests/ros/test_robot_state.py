@@ -9,6 +9,7 @@ import pytest
 pytest.importorskip("rclpy")
 
 from diagnostic_msgs.msg import DiagnosticArray
+from florence_interfaces.msg import StopReason
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import BatteryState
 
@@ -23,6 +24,7 @@ from florence_bt.ros.qos import LATCHED, RELIABLE
 from florence_bt.ros.robot_state import (
     BATTERY,
     DIAGNOSIS_PERIOD_S,
+    HELD,
     LATENESS_PERIOD_S,
     SERVERS_PERIOD_S,
     RobotState,
@@ -116,3 +118,25 @@ def test_the_diagnostics_of_others_are_heard_too(ros: Any) -> None:
         return state.diagnosis("cart", "motor")
 
     assert ros.spin_until(told).freshness is Freshness.OLD
+
+
+def test_what_a_node_told_goes_with_it(ros: Any) -> None:
+    base, listener = ros.add(FlorenceNode("base")), ros.add(FlorenceNode("listener"))
+    state = RobotState(listener)
+    held = state.listen(HELD)
+    base.create_publisher(StopReason, HELD.topic, LATCHED).publish(
+        StopReason(code="bumper", text="it touches")
+    )
+
+    def told() -> bool:
+        state.look_who_is_left()
+        return held.last == "it touches"
+
+    ros.spin_until(told)
+    ros.close_node(base)
+
+    def gone() -> bool:
+        state.look_who_is_left()
+        return held.last is None
+
+    ros.spin_until(gone, what="that nobody is left")

@@ -11,18 +11,15 @@ from typing import Any
 
 import numpy as np
 from action_msgs.msg import GoalStatus, GoalStatusArray
-from florence_interfaces.msg import RunState, RunTree, StopReason, Zones
+from florence_interfaces.msg import RunTree, Zones
 from florence_interfaces.srv import AnswerQuestion
-from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped
+from geometry_msgs.msg import PoseWithCovarianceStamped
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
 from nav_msgs.msg import Path as PathMsg
-from rclpy.qos import QoSProfile
 from sensor_msgs.msg import Image
 from sensor_msgs.msg import LaserScan as LaserScanMsg
-from std_msgs.msg import String
 from visualization_msgs.msg import MarkerArray
 
-from florence_bt.app.page.endings import Silence, Tellers
 from florence_bt.app.page.parts import LiveParts, places_part, tree_parts
 from florence_bt.app.page.pictures import camera_picture, costmap_picture, map_picture
 from florence_bt.app.runs.client import ACTIVE_STATES, is_paused
@@ -39,7 +36,6 @@ from florence_bt.core.topic_names import (
     AMCL_POSE,
     CLOCK,
     COLOUR_IMAGE,
-    CURRENT_GOAL,
     FILTERED_SCAN,
     GLOBAL_COSTMAP,
     HOTSPOTS,
@@ -47,19 +43,25 @@ from florence_bt.core.topic_names import (
     MAP,
     PLACE_STATUS,
     PLAN,
-    RUN_STATE,
     RUN_TREE,
-    SPEAKING,
-    STOP_REASON,
     USER_MARKERS,
     ZONES,
 )
 from florence_bt.core.transforms import TransformUnavailable
 from florence_bt.ros.conversions import colours_from_ros, grid_from_ros, pose_from_ros, scan_from_ros
+from florence_bt.ros.endings import Silence, tellers_of
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED, NO_EVENTS, RELIABLE, SENSOR
-from florence_bt.ros.robot_state import BATTERY, OVERRIDE, BatteryCharge, RobotState
-from florence_bt.ros.server_processes import DiscoveredServers
+from florence_bt.ros.robot_state import (
+    BATTERY,
+    DRIVE_GOAL,
+    HELD,
+    OVERRIDE,
+    RUN,
+    SPOKEN,
+    BatteryCharge,
+    RobotState,
+)
 from florence_bt.ros.tf import TransformListener
 from florence_bt.skills.locator.hotspots import Hotspots
 from florence_bt.skills.locator.markers import hotspots_from_ros
@@ -95,6 +97,8 @@ ACTIVE_GOALS = (GoalStatus.STATUS_ACCEPTED, GoalStatus.STATUS_EXECUTING, GoalSta
 TREE_SHARE = 0.08
 """Part of the time that goes into the tree, at most."""
 BASE, MISSIONS = "base", "missions"
+NAVIGATION = frozenset({"navigation", "navigate"})
+"""The process that drives the robot, and with ``--split`` that of its node."""
 ASK_S = 0.5
 """How often the mission server is asked whether a mission waits for an answer, while somebody looks."""
 
@@ -142,10 +146,12 @@ class PageNode(FlorenceNode):
         self._answers = self.create_client(AnswerQuestion, "florence_bt/answer")
         self._asked: Any = None
         self._asked_until = -math.inf
-        self._tellers: list[Tellers] = []
+        # That the process of navigation runs is the supervisor's word; without one nobody denies it.
+        self._navigation: Heard[bool] = Heard(self.robot.time, ASK_S)
+        self._navigation.take(True)
         self._subscribe_to_states()
         self._put()
-        self.create_timer(LOOK_S, self._look_who_is_left)
+        self.create_timer(LOOK_S, self.robot.look_who_is_left)
         self.create_timer(ASK_S, self._note_silence)
 
     @property
@@ -201,7 +207,9 @@ class PageNode(FlorenceNode):
 
     def _note_silence(self) -> None:
         """Tell viewers who has said nothing for how many whole seconds, of those whose word is shown."""
-        heard = {BASE: self.override, MISSIONS: self._missions}
+        if not NAVIGATION & self.robot.processes_in_trouble().keys():
+            self._navigation.take(True)
+        heard = {BASE: self.override, MISSIONS: self._missions, "navigation": self._navigation}
         self.parts.put(
             "silent", {who: int(word.age) for who, word in heard.items() if word.freshness is Freshness.OLD}
         )
@@ -237,34 +245,12 @@ class PageNode(FlorenceNode):
         self.override = self.robot.listen(OVERRIDE, self._on_override)
         self._battery = self.robot.listen(BATTERY, self._show_ages)
         self.robot.listen_to_diagnostics()
-        goal = CURRENT_GOAL
-        self._show_told(RunState, RUN_STATE, self._on_run, LATCHED, gone=self._lose_run)
-        self._show_told(PoseStamped, goal, self._on_goal, LATCHED, gone=lambda: self.parts.put("goal", None))
-        self._show_told(StopReason, STOP_REASON, self._on_stop, LATCHED, gone=lambda: self._put(stop=""))
-        self._show_told(String, SPEAKING, self._on_speaking, LATCHED, gone=lambda: self._put(said=""))
-
-    def _show_told(
-        self,
-        kind: Any,
-        topic: str,
-        take: Callable[[Any], None],
-        qos: QoSProfile,
-        *,
-        gone: Callable[[], None],
-    ) -> None:
-        """Take what a topic tells until nobody is left who has told it."""
-        tellers = tellers_of(self, topic, gone)
-        self._tellers.append(tellers)
-
-        def on_message(message: Any) -> None:
-            take(message)
-            tellers.heard()
-
-        self.create_subscription(kind, topic, on_message, qos)
-
-    def _look_who_is_left(self) -> None:
-        for tellers in self._tellers:
-            tellers.look()
+        self._run_state = self.robot.listen(RUN, self._show_run, vouched_by=self._missions)
+        self._goal = self.robot.listen(DRIVE_GOAL, self._show_goal, vouched_by=self._navigation)
+        self._held = self.robot.listen(
+            HELD, lambda: self._put(stop=self._held.last or ""), vouched_by=self.override
+        )
+        self._spoken = self.robot.listen(SPOKEN, lambda: self._put(said=self._spoken.last or ""))
 
     def _put(self, **changes: Any) -> None:
         self._state |= changes
@@ -291,22 +277,20 @@ class PageNode(FlorenceNode):
             ],
         )
 
-    def _on_run(self, message: RunState) -> None:
-        names = ("run_id", "mission", "state", "code", "reason")
-        self._run = {name: getattr(message, name) for name in names} | {"paused": is_paused(message)}
+    def _show_run(self) -> None:
+        """Show the run; when the mission server is gone, nobody knows how it stands unless it had ended."""
+        told = self._run_state.last
+        if told is not None:
+            names = ("run_id", "mission", "state", "code", "reason")
+            self._run = {name: getattr(told, name) for name in names} | {"paused": is_paused(told)}
+        elif self._run["state"] in ACTIVE_STATES:
+            self._run |= {"state": GONE, "reason": "its mission server is gone"}
         self.parts.put("run", self._run)
 
-    def _lose_run(self) -> None:
-        """Say of a run that nobody knows how it stands; one that had ended has ended."""
-        if self._run["state"] in ACTIVE_STATES:
-            self._run |= {"state": GONE, "reason": "its mission server is gone"}
-            self.parts.put("run", self._run)
-
-    def _on_goal(self, message: PoseStamped) -> None:
-        self.parts.put("goal", _pose(pose_from_ros(message.pose)) if message.header.frame_id else None)
-
-    def _on_stop(self, message: StopReason) -> None:
-        self._put(stop=message.text)
+    def _show_goal(self) -> None:
+        told = self._goal.last
+        drives = told is not None and bool(told.header.frame_id)
+        self.parts.put("goal", _pose(pose_from_ros(told.pose)) if told is not None and drives else None)
 
     def _on_override(self) -> None:
         message = self.override.last
@@ -324,9 +308,6 @@ class PageNode(FlorenceNode):
                 "problem": message.problem,
             },
         )
-
-    def _on_speaking(self, message: String) -> None:
-        self._put(said=message.data)
 
 
 class SceneNode(FlorenceNode):
@@ -533,12 +514,6 @@ class SceneNode(FlorenceNode):
     def _on_tree(self, message: RunTree) -> None:
         for name, value in tree_parts(run_tree_from_ros(message).nodes).items():
             self._parts.put(name, value)
-
-
-def tellers_of(node: FlorenceNode, topic: str, gone: Callable[[], object]) -> Tellers:
-    """Return who publishes a topic, with what to do when nobody is left who has told it."""
-    name = node.resolve_topic_name(topic)
-    return Tellers(DiscoveredServers(lambda: node.get_publishers_info_by_topic(name)).ids, gone)
 
 
 def _percent(battery: BatteryCharge | None) -> int | None:

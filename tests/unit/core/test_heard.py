@@ -109,3 +109,28 @@ def test_who_waits_for_news_is_told() -> None:
 )
 def test_ages_for_people(seconds: float, text: str) -> None:
     assert age_text(seconds) == text
+
+
+def test_what_changes_seldom_is_as_old_as_the_last_sign_of_its_teller() -> None:
+    clocks = Clocks()
+    sign: Heard[bool] = Heard(clocks, 0.5)
+    heard: Heard[str] = Heard(clocks, None, vouched_by=sign)
+    heard.take("a chair is in the way")
+    clocks.pass_s(60.0)
+    assert heard.fresh == "a chair is in the way", "nobody has vouched for it yet, and nobody has ceased to"
+    sign.take(True)
+    clocks.pass_s(1.0)
+    assert heard.freshness is Freshness.FRESH and heard.age == 1.0
+    clocks.pass_s(9.0)
+    assert heard.freshness is Freshness.OLD and heard.fresh is None and heard.age == 10.0
+    assert heard.last == "a chair is in the way", "to be shown with its age"
+    sign.take(True)
+    assert heard.fresh == "a chair is in the way"
+
+
+def test_what_nobody_tells_any_more_is_forgotten_and_told() -> None:
+    news: list[str | None] = []
+    heard: Heard[str] = Heard(Clocks(), None, lambda: news.append(heard.last))
+    heard.take("a")
+    heard.forget()
+    assert heard.freshness is Freshness.NEVER and news == ["a", None]

@@ -3,7 +3,7 @@
 import { live } from "florence-live";
 
 const COLOURS = {
-  robot: "#1f6fd6", trail: "#9bbce6", scan: "#d9502e", plan: "#4a9be8", goal: "#2a9d3f",
+  robot: "#1f6fd6", trail: "#9bbce6", scan: "#d9502e", plan: "#4a9be8", goal: "#2a9d3f", old: "#999",
   chosen: "#c2185b", person: "#8e44ad", keep_out: "rgba(200, 40, 40, .25)", slow: "rgba(230, 170, 0, .25)", place: "#555",
 };
 const FONT = "12px sans-serif";
@@ -199,8 +199,9 @@ export default {
       for (const zone of zones || []) this.polygon(c, zone.corners, COLOURS[zone.kind]);
       for (const place of places || []) this.circle(c, place.x, place.y, Math.max(0.05, 3 * px), COLOURS.place);
       this.line(c, this.trail, COLOURS.trail, 2 * px);
-      if (plan && plan.length) this.line(c, plan, COLOURS.plan, 2 * px, [6 * px, 4 * px]);
-      if (goal) this.arrow(c, goal, 0.25, COLOURS.goal);
+      const old_drive = "navigation" in (this.parts.silent || {});
+      if (plan && plan.length) this.line(c, plan, old_drive ? COLOURS.old : COLOURS.plan, 2 * px, [6 * px, 4 * px]);
+      if (goal) this.arrow(c, goal, 0.25, old_drive ? COLOURS.old : COLOURS.goal);
       const chosen = this.pick || this.chosen;
       if (chosen) this.arrow(c, [chosen[0], chosen[1], chosen[2] ?? 0], Math.max(0.35, 22 * px), COLOURS.chosen);
       c.fillStyle = COLOURS.scan;

@@ -79,6 +79,8 @@ def screen(browser: Any) -> Iterator[Any]:
             "override: the",
         ),
         ({"override": {"on": False}, "silent": {"base": 7}}, "battery", "override"),
+        ({"state": STATE | {"stop": "it touches"}, "silent": {"base": 7}}, "7 s ago: it touches", "null"),
+        ({"state": STATE | {"stop": "it touches"}, "silent": {}}, "it touches", "ago"),
         ({"run": {}}, "no mission has run yet", "nothing"),
         ({"run": {}, "silent": {"missions": 4}}, "the mission server has said nothing for 4 s", "no mission"),
         ({"run": {"mission": "greet", "state": "ACTIVE", "paused": True}}, "greet is paused", "runs"),
@@ -96,3 +98,17 @@ def test_what_is_shown_is_of_now_or_says_how_old_it_is(
     line = screen.get_by_role("status")
     playwright.expect(line).to_contain_text(says)
     assert says_not not in line.inner_text()
+
+
+@pytest.mark.parametrize("sent", [{"silent": {"missions": 4}}, {"silent": {"base": 4}}, {"silent": {}}])
+def test_nothing_old_has_its_full_colour(screen: Any, sent: dict[str, Any]) -> None:
+    run = {"run": {"mission": "greet", "state": "ABORTED", "reason": "no way", "run_id": "R-1"}}
+    screen.evaluate("news => window.send(news)", run | {"state": STATE | {"stop": "it touches"}} | sent)
+    colours = {
+        said: screen.get_by_text(said).last.evaluate("each => getComputedStyle(each).color")
+        for said in ("greet", "failed", "no way", "it touches")
+    }
+    grey = "rgb(119, 119, 119)"
+    old = {"missions": ("greet", "failed", "no way"), "base": ("it touches",)}
+    told = {said for who in sent["silent"] for said in old[who]}
+    assert {said for said, colour in colours.items() if colour == grey} == told

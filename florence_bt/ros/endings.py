@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Collection
 
 from florence_bt.core.clock import Clock
+from florence_bt.ros.node import FlorenceNode
+from florence_bt.ros.server_processes import DiscoveredServers
 
 
 class Silence:
@@ -59,3 +61,9 @@ class Tellers:
         if self._told_by is not None and not self._told_by & there:
             self._told_by = None
             self._gone()
+
+
+def tellers_of(node: FlorenceNode, topic: str, gone: Callable[[], object]) -> Tellers:
+    """Return who publishes a topic, with what to do when nobody is left who has told it."""
+    name = node.resolve_topic_name(topic)
+    return Tellers(DiscoveredServers(lambda: node.get_publishers_info_by_topic(name)).ids, gone)

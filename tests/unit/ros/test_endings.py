@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from florence_bt.app.page.endings import Silence, Tellers
 from florence_bt.core.clock import ManualClock
+from florence_bt.ros.endings import Silence, Tellers
 
 
 def test_what_ceases_to_come_ends_once_and_may_come_again():
