@@ -172,6 +172,10 @@ class Executor:
             RequestRefused: Another mission runs, too many wait, or triggers are blocked.
         """
         self.reload()
+        return self.accept(request)
+
+    def accept(self, request: MissionRequest) -> MissionRun:
+        """Do what :meth:`trigger` does, with the missions as they were read last."""
         mission = self.library.get(request.mission)
         raise_first_error(mission.findings)
         inputs = parse_inputs(mission, request.inputs)

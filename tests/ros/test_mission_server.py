@@ -8,6 +8,7 @@ import pytest
 
 from florence_bt.core.outcome import failure, success
 from florence_bt.mission_testing.mocks.mocks import Step
+from florence_bt.runtime import missions as missions_module
 from florence_bt.runtime.journal import JournalReader
 
 pytestmark = pytest.mark.ros
@@ -56,6 +57,15 @@ def test_a_run_from_trigger_to_record(bench_of):
     assert (status.code, status.reason) == ("blocked", "a chair is in the way") and "[x] drive" in status.tree
     assert bench.status().run_id == answer.run_id
     assert [record.folder for record in bench.recorded] == [bench.runs / answer.run_id]
+
+
+def test_a_trigger_reads_each_mission_file_once(bench_of, monkeypatch):
+    bench = bench_of()
+    read = []
+    look = missions_module._fingerprint
+    monkeypatch.setattr(missions_module, "_fingerprint", lambda path: (read.append(path), look(path))[1])
+    assert bench.run("drive_once").accepted
+    assert read and len(read) == len(set(read))
 
 
 def test_called_missions_are_folded_for_people_and_whole_in_the_records(bench_of):

@@ -163,7 +163,7 @@ class Triggers:
             request = request_from_texts(
                 mission, names, values, caller=caller, policy=policy, priority=priority
             )
-            run = self._missions.trigger(same_again(request, self._missions.library, self._runs_folder))
+            run = self._missions.accept(same_again(request, self._missions.library, self._runs_folder))
         except FlorenceError as error:
             self._sync_soon()
             self._node.get_logger().warning(

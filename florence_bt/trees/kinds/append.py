@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from florence_bt.core.declaration import Kind, Port
-from florence_bt.core.plain_yaml import YamlMapping
+from florence_bt.trees.kinds.assignments import Assignments, has_entries
 from florence_bt.trees.language.model import Literal, Node, Reference, Value, show
 from florence_bt.trees.language.node_kind import KnownKinds, NodeChecks, NodeKind, TreeBuilder
 from florence_bt.trees.language.outcomes import NO_CODES, MissionOutcomes, NodeOutcomes
@@ -21,12 +21,8 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Append(Node):
-    """Adds to keys that hold a text or a list.
-
-    Attributes:
-        values: The keys, each with what is added to it.
-    """
+class Append(Assignments):
+    """Adds to keys that hold a text or a list."""
 
     kind: ClassVar = NodeKind(
         word="append",
@@ -36,9 +32,8 @@ class Append(Node):
         example="- append: {rooms: $room}",
         names_keys=True,
     )
-    decides_by_values: ClassVar = True
-
-    values: tuple[tuple[Literal, Value], ...]
+    verb: ClassVar = "append to"
+    sign: ClassVar = "+"
 
     # ---- as written -----------------------------------------------------------------------------------
 
@@ -47,19 +42,9 @@ class Append(Node):
         """Read the keys, each with what is added to it."""
         value, reader = form.value, form.reader
         values, fields = reader.values(value, "append"), form.fields
-        if not isinstance(value, YamlMapping) or not value.entries:
+        if not has_entries(value):
             reader.error(value.position, "append needs keys and values", ['append: {report: "text"}'])
         return cls(values=values, **fields)
-
-    @property
-    def default_title(self) -> str:
-        """Such as ``append to report``."""
-        return "append to " + ", ".join(key.text for key, _ in self.values)
-
-    @property
-    def details(self) -> tuple[str, ...]:
-        """The keys and what is added."""
-        return tuple(f"${key.text} + {show(value)}" for key, value in self.values)
 
     # ---- keys and values ------------------------------------------------------------------------------
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
+from florence_bt.trees.kinds.in_order import InOrder
 from florence_bt.trees.kinds.modifiers import MEMORY
-from florence_bt.trees.language.model import Composite, Node
 from florence_bt.trees.language.node_kind import NodeKind, TreeBuilder
 from florence_bt.trees.language.outcomes import NO_CODES, MissionOutcomes, NodeOutcomes, codes_of, up_to
 from florence_bt.trees.language.value_schemas import NODES
@@ -14,16 +14,10 @@ from florence_bt.trees.language.value_schemas import NODES
 if TYPE_CHECKING:
     from py_trees.behaviour import Behaviour
 
-    from florence_bt.trees.language.form import Form
-
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Selector(Composite):
-    """Tries its nodes one after the other until one succeeds.
-
-    Attributes:
-        memory: Whether it goes on where it was; else the nodes before the one that runs are asked again.
-    """
+class Selector(InOrder):
+    """Tries its nodes one after the other until one succeeds."""
 
     kind: ClassVar = NodeKind(
         word="selector",
@@ -35,23 +29,6 @@ class Selector(Composite):
         failures={"skipped": "`when` kept a node of a selector from starting"},
         others=("fallback", "priority", "reactive_fallback", "reactivefallback"),
     )
-
-    memory: bool = True
-
-    @classmethod
-    def read(cls, form: Form) -> Node | None:
-        """Read the nodes."""
-        return cls(children=form.children(), memory=form.memory(), **form.fields)
-
-    @property
-    def details(self) -> tuple[str, ...]:
-        """Whether it has memory."""
-        return () if self.memory else ("without memory",)
-
-    @property
-    def watched(self) -> tuple[Node, ...]:
-        """All but the last one, without memory."""
-        return () if self.memory else self.children[:-1]
 
     def outcomes(self, known: MissionOutcomes, skip_fails: bool) -> NodeOutcomes:
         """Return how it can end: with success when one can, with failure when all can."""

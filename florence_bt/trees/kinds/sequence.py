@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
+from florence_bt.trees.kinds.in_order import InOrder
 from florence_bt.trees.kinds.modifiers import MEMORY
-from florence_bt.trees.language.model import Composite, Node
 from florence_bt.trees.language.node_kind import NodeKind, TreeBuilder
 from florence_bt.trees.language.outcomes import MissionOutcomes, NodeOutcomes, codes_of, up_to
 from florence_bt.trees.language.value_schemas import NODES
@@ -14,16 +14,10 @@ from florence_bt.trees.language.value_schemas import NODES
 if TYPE_CHECKING:
     from py_trees.behaviour import Behaviour
 
-    from florence_bt.trees.language.form import Form
-
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Sequence(Composite):
-    """Does its nodes one after the other until one fails.
-
-    Attributes:
-        memory: Whether it goes on where it was; else the nodes before the one that runs are asked again.
-    """
+class Sequence(InOrder):
+    """Does its nodes one after the other until one fails."""
 
     kind: ClassVar = NodeKind(
         word="sequence",
@@ -34,23 +28,6 @@ class Sequence(Composite):
         modifiers=(MEMORY,),
         others=("reactive_sequence", "reactivesequence"),
     )
-
-    memory: bool = True
-
-    @classmethod
-    def read(cls, form: Form) -> Node | None:
-        """Read the nodes."""
-        return cls(children=form.children(), memory=form.memory(), **form.fields)
-
-    @property
-    def details(self) -> tuple[str, ...]:
-        """Whether it has memory."""
-        return () if self.memory else ("without memory",)
-
-    @property
-    def watched(self) -> tuple[Node, ...]:
-        """All but the last one, without memory."""
-        return () if self.memory else self.children[:-1]
 
     def outcomes(self, known: MissionOutcomes, skip_fails: bool) -> NodeOutcomes:
         """Return how it can end: with success when all can, and as any that is reached can fail."""

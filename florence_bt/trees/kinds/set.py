@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, ClassVar
 from florence_bt.core.declaration import Kind
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.plain_yaml import YamlMapping, YamlScalar
+from florence_bt.trees.kinds.assignments import Assignments, has_entries
 from florence_bt.trees.language.expressions.parser import parse_expression
 from florence_bt.trees.language.expressions.syntax import Binary, Expression, Key, print_term
 from florence_bt.trees.language.model import Literal, Node, Value, show
@@ -31,12 +32,8 @@ _BARE_NAME = re.compile(r"(?<![$\w\"'.])([a-z_][a-z0-9_]*)(?!\w*\()")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Set(Node):
-    """Writes keys.
-
-    Attributes:
-        values: The keys, each with what it is given.
-    """
+class Set(Assignments):
+    """Writes keys."""
 
     kind: ClassVar = NodeKind(
         word="set",
@@ -46,9 +43,8 @@ class Set(Node):
         example="- set: {found: true}",
         names_keys=True,
     )
-    decides_by_values: ClassVar = True
-
-    values: tuple[tuple[Literal, Value], ...]
+    verb: ClassVar = "set"
+    sign: ClassVar = "="
 
     # ---- as written -----------------------------------------------------------------------------------
 
@@ -65,16 +61,6 @@ class Set(Node):
         if empty or (isinstance(value, YamlMapping) and not value.entries):
             reader.error(value.position, "set needs keys and values", ["set: {key: value}"])
         return cls(values=values, **fields)
-
-    @property
-    def default_title(self) -> str:
-        """Such as ``set goal``."""
-        return "set " + ", ".join(key.text for key, _ in self.values)
-
-    @property
-    def details(self) -> tuple[str, ...]:
-        """The keys and values."""
-        return tuple(f"${key.text} = {show(value)}" for key, value in self.values)
 
     # ---- keys and values ------------------------------------------------------------------------------
 
@@ -127,12 +113,13 @@ class Add(Set):
         example="- add: {rounds: 1}",
         names_keys=True,
     )
+    verb: ClassVar = "add to"
 
     @classmethod
     def read(cls, form: Form) -> Node | None:
         """Read the keys, each with what is added to it."""
         value, reader = form.value, form.reader
-        if not isinstance(value, YamlMapping) or not value.entries:
+        if not has_entries(value):
             written = value.text.removeprefix("$") if isinstance(value, YamlScalar) else ""
             meant = written if IDENTIFIER.fullmatch(written) else "key"
             reader.error(value.position, "add needs keys and values", [f"add: {{{meant}: 1}}"])
@@ -147,11 +134,6 @@ class Add(Set):
             valid = [f"append: {{{name.text}: {show(given)}}}, to a text or a list"]
             reader.error(given.position, message, valid)
         return cls(values=tuple(sums), **form.fields)
-
-    @property
-    def default_title(self) -> str:
-        """Such as ``add to rounds``."""
-        return "add to " + ", ".join(key.text for key, _ in self.values)
 
 
 def _as_value(text: str) -> str:

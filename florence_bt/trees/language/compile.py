@@ -125,8 +125,8 @@ def compile_mission(
     return CompiledTree(root, mission, context.keys)
 
 
-CallPath = tuple[int | str, ...]
-"""Where a branch begins: the ids of the nodes of mission files that call, and of the last one."""
+CallPath = tuple[Node | str, ...]
+"""Where a branch begins: the nodes of mission files that call, and the last one."""
 
 
 class _WholeTree:
@@ -166,7 +166,7 @@ class _Parts:
         known = library.with_declared(declarations) if library.declarations else declarations
         self.analysis = Analysis(library, known)
         self.fitting: set[Mission] = set()
-        self._made: dict[tuple[int, object], tuple[object, Any]] = {}
+        self._made: dict[tuple[_Itself, object], Any] = {}
 
     def get(self, source: object, what: object, make: Callable[[], Made]) -> Made:
         """Return what is made of a part of a mission.
@@ -176,12 +176,26 @@ class _Parts:
             what: Which of the things that are made of it.
             make: Makes it, the first time.
         """
-        key = (id(source), what)
-        found = self._made.get(key)
-        if found is None:
-            found = self._made[key] = (source, make())  # the source is kept, so its id stays its own
-        made: Made = found[1]
+        key = (_Itself(source), what)
+        if key not in self._made:
+            self._made[key] = make()
+        made: Made = self._made[key]
         return made
+
+
+class _Itself:
+    """A part of a mission as the key of what is made of it: two parts that look the same are two."""
+
+    __slots__ = ("_part",)
+
+    def __init__(self, part: object) -> None:
+        self._part = part
+
+    def __hash__(self) -> int:
+        return id(self._part)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Itself) and other._part is self._part
 
 
 def _parts_of(library: MissionLibrary, declarations: Mapping[str, SkillDeclaration]) -> _Parts:
@@ -339,7 +353,7 @@ class _TreeBuilder:
     def _start_guard(
         self, node: Node, start: _Start, guarded: Callable[[], Behaviour], skipped_fails: bool
     ) -> Behaviour:
-        path = (*self.call_path, id(node), "guarded")
+        path = (*self.call_path, node, "guarded")
         conditions = start.conditions
         return StartGuard(
             start.name,
@@ -398,7 +412,7 @@ class _TreeBuilder:
         keys = KeyStore()
         declared = self.parts.get(mission, "keys", partial(_declared_keys, mission))
         keys.declare(declared, partial(self.parts.analysis.key_kinds, mission))
-        path = (*self.call_path, id(node))
+        path = (*self.call_path, node)
         called_context = self.context.with_keys(keys)
         callers = (*self.callers, called)
         builder = replace(self, mission=mission, context=called_context, callers=callers, call_path=path)
