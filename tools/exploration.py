@@ -74,7 +74,7 @@ class Explored:
 
     @property
     def all_seen(self) -> bool:
-        """Whether every room was seen."""
+        """Tell whether every room was seen."""
         return min(self.seen.values()) >= SEEN_SHARE
 
 

@@ -50,7 +50,7 @@ class Table:
 
     @property
     def state(self) -> State:
-        """Whether it is old."""
+        """Say whether it is old."""
         if self.made is None:
             return State.MISSING
         return State.OLD if self.changes or self.made.changed else State.UP_TO_DATE

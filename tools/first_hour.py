@@ -75,7 +75,7 @@ class Block:
 
     @property
     def steps(self) -> list[str]:
-        """What is typed, in order: commands and keys; an empty one waits for the command before."""
+        """List what is typed, in order: commands and keys; an empty one waits for the command before."""
         typed = [line for line in self.text.splitlines() if line.startswith("$ ") or line in KEYS]
         return typed if self.text.startswith(("$ ", "^")) else ["", *typed]
 

@@ -223,7 +223,7 @@ def found_row(name: str, of_places: Sequence[Sequence[Search]]) -> tuple[str, ..
 
 @dataclass(frozen=True, slots=True)
 class Located:
-    """What came of a log, or of one robot that had to be found in it.
+    """The result of a log, or of one robot that had to be found in it.
 
     Attributes:
         row: Of the table.

@@ -16,7 +16,7 @@ _FREIBURG = "../shared/data/carmen/freiburg-079-corrected.log.gz"
 
 @dataclass(frozen=True, slots=True)
 class Figures:
-    """What one command makes.
+    """The tables that one command makes.
 
     Attributes:
         page: Where the tables are, below ``docs/``.
@@ -41,7 +41,7 @@ class Figures:
 
     @property
     def command(self) -> str:
-        """What Python is given to make the tables of the page."""
+        """Write what Python is given to make the tables of the page."""
         return " ".join(f"{self.tool} {self.arguments} {self.write} docs/{self.page}".split())
 
 

@@ -33,7 +33,7 @@ VIEWERS = 10
 
 @dataclass(frozen=True, slots=True)
 class Load:
-    """How much is measured.
+    """The amount that is measured.
 
     Attributes:
         seconds: Wall seconds of each measurement.

@@ -74,7 +74,7 @@ def parameters_of(node: type) -> Iterator[Parameter]:
 
 @dataclasses.dataclass(frozen=True)
 class Parameter:
-    """What the page tells of a parameter.
+    """A parameter, as the page tells it.
 
     Attributes:
         name: Its name, with a dot for each level.

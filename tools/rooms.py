@@ -139,7 +139,7 @@ def _draw(hits, passes, start, angles, ranges, met):  # type: ignore[no-untyped-
 
 @dataclass(frozen=True, slots=True)
 class Judged:
-    """What was proposed for one home.
+    """The rooms proposed for one home, and their judgement.
 
     Attributes:
         seeds: The group of seeds of which it is one.
@@ -159,7 +159,7 @@ class Judged:
 
     @property
     def right(self) -> bool:
-        """Whether every room was proposed, and no other."""
+        """Tell whether every room was proposed, and no other."""
         return self.proposed == len(self.overlaps) and min(self.overlaps.values()) >= RIGHT_IOU
 
 

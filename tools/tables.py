@@ -120,7 +120,7 @@ def _pattern(name: str) -> re.Pattern[str]:
 
 @dataclass(frozen=True, slots=True)
 class Made:
-    """What a table was made on.
+    """The circumstances in which a table was made.
 
     Attributes:
         date: ``2026-11-28``.

@@ -33,7 +33,7 @@ class Branching(Stepping):
 
     @property
     def skipped(self) -> bool:
-        """Whether the branch was skipped, and with it this node."""
+        """Tell whether the branch was skipped, and with it this node."""
         return was_skipped(self.branch)
 
     def begin(self) -> None:

@@ -80,7 +80,7 @@ class OnFailure(Branching):
 
     @property
     def skipped(self) -> bool:
-        """Whether the body was skipped."""
+        """Tell whether the body was skipped."""
         return self._caught is None and self.branch is self._body and was_skipped(self._body)
 
     def extend_reason(self, why: Why) -> Why:

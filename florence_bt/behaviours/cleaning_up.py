@@ -62,7 +62,7 @@ class Finally(Stepping):
 
     @property
     def skipped(self) -> bool:
-        """Whether the body was skipped."""
+        """Tell whether the body was skipped."""
         return was_skipped(self._body)
 
     def steps(self) -> Steps:

@@ -45,12 +45,12 @@ class PreparedDecorator(Decorator):
 
     @property
     def reached(self) -> bool:
-        """Whether the child is built; until then a stand-in is shown in its place."""
+        """Tell whether the child is built; until then a stand-in is shown in its place."""
         return self._branch is None
 
     @property
     def skipped(self) -> bool:
-        """Whether the child was skipped, and with it this node."""
+        """Tell whether the child was skipped, and with it this node."""
         return self.result is None and was_skipped(self.decorated)
 
     def prepare(self) -> Result | None:
@@ -239,7 +239,7 @@ class StartGuard(PreparedDecorator):
 
     @property
     def skipped(self) -> bool:
-        """Whether the child was skipped, or what is below it."""
+        """Tell whether the child was skipped, or what is below it."""
         return self._skips or super().skipped
 
     def prepare(self) -> Result | None:
@@ -355,7 +355,7 @@ class Once(PreparedDecorator):
 
     @property
     def kept(self) -> Why | None:
-        """Why the child failed that time."""
+        """Tell why the child failed that time."""
         return self._why
 
     def prepare(self) -> Result | None:

@@ -90,7 +90,7 @@ class Question:
 
     @property
     def _is_due(self) -> bool:
-        """Whether what has failed may start again; a tick that something else asked for counts, too."""
+        """Tell whether what has failed may start again; a tick that something else asked for counts, too."""
         return self._timer.fired or self._context.clock.now() >= self._began + EVERY_S
 
 

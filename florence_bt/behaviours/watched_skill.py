@@ -152,7 +152,7 @@ class WatchedSkill(InCondition):
 
     @property
     def is_asked_again(self) -> bool:
-        """Whether an answer stands that a new one will replace; after a pause that is waited for."""
+        """Tell whether an answer stands that a new one will replace; after a pause that is waited for."""
         return self._answer is not None and (self._due or self._asking)
 
     def _conditions_above(self) -> Iterator[Any]:

@@ -165,7 +165,7 @@ class Spot:
 
     @property
     def replays(self) -> bool:
-        """Whether nothing has changed up to here since the last question, so that what was found stands."""
+        """Tell whether nothing has changed up to here since the last question: what was found stands."""
         return self._place < self.watch.real_from
 
     def change(self, *_: Any) -> None:

@@ -62,7 +62,7 @@ class KeepsFailure(Protocol):
 
     @property
     def kept(self) -> Why | None:
-        """Why it failed the first time; the leaf of that time is still the cause."""
+        """Tell why it failed the first time; the leaf of that time is still the cause."""
 
 
 @dataclass(frozen=True, slots=True)

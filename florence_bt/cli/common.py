@@ -129,7 +129,7 @@ class _AllVerbs(Verbs):
 
 
 class VerbList(typer.Typer):
-    """What verbs are added to."""
+    """Something that verbs are added to."""
 
     def command(
         self, name: str | None = None, *, cls: type[TyperCommand] | None = None, **details: Any

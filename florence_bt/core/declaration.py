@@ -178,7 +178,7 @@ class Port:
 
     @property
     def required(self) -> bool:
-        """Whether a value must be given."""
+        """Tell whether a value must be given."""
         return self.default is REQUIRED
 
     def problem_with(self, value: Any) -> str | None:

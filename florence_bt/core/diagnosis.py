@@ -33,7 +33,7 @@ class Diagnosis:
 
 @dataclass(frozen=True, slots=True)
 class Diagnoses:
-    """What a component tells of how well it does.
+    """The word of a component on how well it does.
 
     Attributes:
         found: Diagnoses by what they are about.

@@ -38,7 +38,7 @@ _MAKE = os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW | os.O_CLOEXEC
 
 @dataclass(frozen=True, slots=True)
 class _Part:
-    """What a set of files has in one folder, as its list says.
+    """The files of a set in one folder, as its list says.
 
     Attributes:
         id: Of the set.
@@ -59,7 +59,7 @@ _UNFINISHED = _Part("", (".",))
 
 @dataclass(slots=True)
 class _Work:
-    """What is to be done in one folder."""
+    """The work to be done in one folder."""
 
     writes: list[tuple[str, bytes]] = field(default_factory=list)
     remove: list[str] = field(default_factory=list)

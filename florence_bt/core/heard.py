@@ -27,7 +27,7 @@ def old_after_s(period_s: float) -> float:
 
 
 class Freshness(enum.Enum):
-    """What the last word is worth."""
+    """The worth of the last word."""
 
     NEVER = "never came"
     FRESH = "fresh"
@@ -94,7 +94,7 @@ class Heard(Generic[T]):
 
     @property
     def stamp(self) -> float:
-        """When the last word was sent, by its sender; 0 when that is not known."""
+        """Return the time at which its sender sent the last word; 0 when that is not known."""
         return self._stamp
 
     @property
@@ -120,7 +120,7 @@ class Heard(Generic[T]):
 
     @property
     def freshness(self) -> Freshness:
-        """What the last word is worth."""
+        """Judge what the last word is worth."""
         if self.last is None:
             return Freshness.NEVER
         if self._vouched_by is not None and self._vouched_by.freshness is Freshness.OLD:

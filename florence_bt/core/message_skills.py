@@ -229,7 +229,7 @@ class Taken:
 
 @dataclass(frozen=True, slots=True)
 class AskedQuestion:
-    """What a node of a mission waits to be answered.
+    """The question that a node of a mission waits to be answered.
 
     Attributes:
         id: Names this wait alone, also among those of other processes.

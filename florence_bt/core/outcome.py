@@ -37,7 +37,7 @@ class Result:
 
     @property
     def succeeded(self) -> bool:
-        """Whether the skill did what was asked."""
+        """Tell whether the skill did what was asked."""
         return self.outcome is Outcome.SUCCEEDED
 
 

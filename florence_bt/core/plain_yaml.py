@@ -82,7 +82,7 @@ class YamlScalar:
 
     @property
     def empty(self) -> bool:
-        """Whether nothing was written (or YAML's null)."""
+        """Tell whether nothing was written (or YAML's null)."""
         return not self.quoted and self.text in ("", "~", "null")
 
 

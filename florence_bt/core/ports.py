@@ -111,7 +111,7 @@ class Picture(Protocol[T_co]):
 
     @property
     def stamp(self) -> float:
-        """When it was taken, seconds."""
+        """Return the time at which it was taken, seconds."""
 
     def read(self) -> T_co:
         """Return it.
@@ -122,7 +122,7 @@ class Picture(Protocol[T_co]):
 
 
 class Connection(Protocol):
-    """What listens until it is closed."""
+    """A listener, until it is closed."""
 
     def close(self) -> None:
         """Listen no more."""
@@ -133,7 +133,7 @@ class Output(Protocol[T_contra]):
 
     @property
     def listeners(self) -> int:
-        """How many listen."""
+        """Count those who listen."""
 
     def send(self, value: T_contra) -> None:
         """Publish a value."""
@@ -144,7 +144,7 @@ class Frames(Connection, Protocol):
 
     @property
     def buffer(self) -> TransformBuffer:
-        """What is known of them; their moments are of the component's clock."""
+        """Give what is known of them; their moments are of the component's clock."""
 
 
 class Goals(Protocol):
@@ -152,7 +152,7 @@ class Goals(Protocol):
 
     @property
     def active(self) -> bool:
-        """Whether a goal is being worked on."""
+        """Tell whether a goal is being worked on."""
 
     def feedback(self, feedback: Fields) -> None:
         """Tell of the running goal, if there is one."""

@@ -41,7 +41,7 @@ class Wanted:
 
 @dataclass(frozen=True, slots=True)
 class Offers:
-    """What a ROS graph has.
+    """The servers and topics that a ROS graph has.
 
     Attributes:
         names: Role -> name -> types.
@@ -60,7 +60,7 @@ class Offers:
 
 @dataclass(frozen=True, slots=True)
 class Lack:
-    """Why a server cannot be reached; empty when nothing is known.
+    """The reason for which a server cannot be reached; empty when nothing is known.
 
     Attributes:
         problem: A clause for people.

@@ -23,7 +23,7 @@ class SkillRun(Protocol):
 
     @property
     def feedback(self) -> str:
-        """What the run does now, for people; steady while nothing new happens."""
+        """Say what the run does now, for people; steady while nothing new happens."""
 
     def poll(self) -> Result | None:
         """Return the result, or None while the run goes on. Never blocks."""
@@ -127,7 +127,7 @@ class BaseRun:
 
     @property
     def feedback(self) -> str:
-        """What the run does now."""
+        """Say what the run does now."""
         return self._feedback
 
     def poll(self) -> Result | None:

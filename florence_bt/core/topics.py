@@ -22,7 +22,7 @@ class RunState:
 
 @dataclass(frozen=True, slots=True)
 class FoundUser:
-    """Where a look found somebody, as ``florence_interfaces/DetectedUser`` has it: map frame, metres."""
+    """Somebody whom a look found, as ``florence_interfaces/DetectedUser`` has them: map frame, metres."""
 
     command: bool
     user_position_x: float

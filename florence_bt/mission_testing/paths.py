@@ -224,12 +224,12 @@ class Pattern:
 
     @property
     def plain(self) -> bool:
-        """Whether it is a single name without wildcards."""
+        """Tell whether it is a single name without wildcards."""
         return "/" not in self.text and "*" not in self.text
 
     @property
     def rank(self) -> tuple[int, int]:
-        """How much it says: names without a wildcard, then letters. The higher of two patterns wins."""
+        """Weigh how much it says: names without a wildcard, then letters. The higher of two patterns wins."""
         names = [name for name in self.text.split("/") if name and name != "**"]
         return sum("*" not in name for name in names), sum(len(name.replace("*", "")) for name in names)
 

@@ -86,12 +86,12 @@ class TestRun:
 
     @property
     def done(self) -> bool:
-        """Whether nothing can change any more."""
+        """Tell whether nothing can change any more."""
         return self.run.status.final
 
     @property
     def succeeded(self) -> bool:
-        """Whether it ended well."""
+        """Tell whether it ended well."""
         return self.run.status is RunStatus.SUCCEEDED
 
     @property
@@ -128,7 +128,7 @@ class TestRun:
 
     @property
     def started(self) -> float:
-        """When it started, on the test's clock; 0 before."""
+        """Return the time at which it started, on the test's clock; 0 before."""
         return self.run.started or 0.0
 
     @property

@@ -293,7 +293,7 @@ class GoalStop:
 
     @property
     def asking(self) -> bool:
-        """Whether requests are being repeated."""
+        """Tell whether requests are being repeated."""
         return self._timer is not None
 
     def begin(self) -> None:
@@ -370,14 +370,14 @@ class ActionRun(RemoteRun):
 
     @property
     def goal_open(self) -> bool:
-        """Whether a goal may still be running on the server; a node that leaves waits for its end."""
+        """Tell whether a goal may still be running on the server; a node that leaves waits for its end."""
         if not self.sent or self._over:
             return False
         return self._stop.asking or self.phase is not Phase.DONE
 
     @property
     def goal_left(self) -> bool:
-        """Whether the run has ended while its goal is not known to be over."""
+        """Tell whether the run has ended while its goal is not known to be over."""
         return self._accepted and not self._over and self.phase is Phase.DONE
 
     @property

@@ -210,7 +210,7 @@ class SingleGoalServer:
 
     @property
     def active(self) -> bool:
-        """Whether a goal is being worked on."""
+        """Tell whether a goal is being worked on."""
         return self._goal is not None
 
     def publish_feedback(self, feedback: Any) -> None:

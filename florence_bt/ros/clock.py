@@ -81,7 +81,7 @@ class TimerQueue(ABC):
 
     @property
     def waiting(self) -> int:
-        """How many callbacks wait."""
+        """Count the callbacks that wait."""
         return len(self._queue) - self._cancelled
 
     def forget_one(self) -> None:

@@ -44,7 +44,7 @@ class LatchedPublisher:
 
     @property
     def serves_new_subscribers(self) -> bool:
-        """Whether every subscriber gets the last message from the topic itself.
+        """Tell whether every subscriber gets the last message from the topic itself.
 
         Not before there is one, and not when a subscriber does not ask for earlier messages.
         """
@@ -52,7 +52,7 @@ class LatchedPublisher:
 
     @property
     def listeners(self) -> int:
-        """How many subscribers there are."""
+        """Count the subscribers."""
         return self._publisher.get_subscription_count() if self._publisher is not None else 0
 
     def publish(self, message: Any) -> None:

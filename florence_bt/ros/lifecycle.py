@@ -62,7 +62,7 @@ class Lifecycle:
 
     @property
     def active(self) -> bool:
-        """Whether the node does its work."""
+        """Tell whether the node does its work."""
         return bool(self._machine.current_state[0] == State.PRIMARY_STATE_ACTIVE)
 
     def change(self, label: str, done: Done = lambda succeeded: None) -> None:

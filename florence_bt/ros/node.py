@@ -51,7 +51,7 @@ class Stamped(Protocol):
 
     @property
     def stamp(self) -> float:
-        """When it was measured."""
+        """Return the time at which it was measured."""
 
 
 T = TypeVar("T")
@@ -144,7 +144,7 @@ class FlorenceNode(Node):
 
     @functools.cached_property
     def server_graph(self) -> ServerGraph:
-        """What other nodes offer; made when it is first asked for, because few nodes do."""
+        """Look at what other nodes offer; made when it is first asked for, because few nodes do."""
         from florence_bt.ros.server_graph import ServerGraph
 
         return ServerGraph(self)

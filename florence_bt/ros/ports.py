@@ -119,7 +119,7 @@ class _Output(Generic[T]):
 
     @property
     def listeners(self) -> int:
-        """How many have subscribed."""
+        """Count those who have subscribed."""
         return int(self._publisher.get_subscription_count())
 
     def send(self, value: T) -> None:
@@ -135,7 +135,7 @@ class _Goals:
 
     @property
     def active(self) -> bool:
-        """Whether a goal is being worked on."""
+        """Tell whether a goal is being worked on."""
         return self._server.active
 
     def feedback(self, feedback: Fields) -> None:

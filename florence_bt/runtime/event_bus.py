@@ -35,7 +35,7 @@ class EventLog(Protocol):
 
     @property
     def trouble(self) -> str:
-        """Why events cannot be kept at the moment, empty when all is well."""
+        """Say why events cannot be kept at the moment, empty when all is well."""
 
     def write(self, run: MissionRun, event: RunEvent) -> None:
         """Take an event; it may be kept in memory until :meth:`commit`."""

@@ -117,7 +117,7 @@ class Executor:
 
     @property
     def blocked_by(self) -> str | None:
-        """Why no mission may start, or None."""
+        """Say why no mission may start, or None."""
         return next(iter(self._blocks.values()), None)
 
     # ---- the runs that are known ------------------------------------------------------------------------

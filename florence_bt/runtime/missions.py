@@ -45,7 +45,7 @@ class ReloadReport:
 
     @property
     def ok(self) -> bool:
-        """Whether every file could be loaded as it is."""
+        """Tell whether every file could be loaded as it is."""
         return not self.held and not self.broken
 
     def text(self) -> str:

@@ -34,7 +34,7 @@ class RunStatus(enum.Enum):
 
     @property
     def final(self) -> bool:
-        """Whether nothing can change any more."""
+        """Tell whether nothing can change any more."""
         return self in FINAL
 
 

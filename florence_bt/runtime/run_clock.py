@@ -41,7 +41,7 @@ class RunClock:
 
     @property
     def frozen(self) -> bool:
-        """Whether the time is frozen."""
+        """Tell whether the time is frozen."""
         return self._frozen is not None
 
     def now(self) -> float:

@@ -22,12 +22,12 @@ class RunQueue:
 
     @property
     def full(self) -> bool:
-        """Whether no further run may be queued."""
+        """Tell whether no further run may be queued."""
         return len(self._runs) >= self.limit
 
     @property
     def crowded(self) -> bool:
-        """Whether not even a run that stops the current one may wait."""
+        """Tell whether not even a run that stops the current one may wait."""
         return len(self._runs) > self.limit
 
     def add(self, run: MissionRun, *, first: bool = False) -> None:

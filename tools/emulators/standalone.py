@@ -130,12 +130,12 @@ class StandaloneEmulator(ABC):
 
     @property
     def path(self) -> str:
-        """What a client opens; empty while the plug is out."""
+        """Return the path that a client opens; empty while the plug is out."""
         return self._line.path if self._line is not None else ""
 
     @property
     def plugged(self) -> bool:
-        """Whether the line is there."""
+        """Tell whether the line is there."""
         return self._line is not None
 
     def plug(self) -> None:

@@ -40,7 +40,7 @@ class TcpLine:
 
     @property
     def has_client(self) -> bool:
-        """Whether somebody is connected."""
+        """Tell whether somebody is connected."""
         return self._client is not None
 
     def fileno(self) -> int:

@@ -76,7 +76,7 @@ class Covering:
 
     @cached_property
     def _sizes(self) -> Counter[str]:
-        """How many lines of all modules each test runs."""
+        """Count the lines of all modules that each test runs."""
         sizes: Counter[str] = Counter()
         for path in {
             str(Path(file).relative_to(self._root))

@@ -28,7 +28,7 @@ _LOST = "E       fixture '"
 
 
 class Verdict(enum.Enum):
-    """What the tests say of a mutation."""
+    """The word of the tests on a mutation."""
 
     NOTICED = "noticed"
     OVER_ROS = "noticed over ROS"
@@ -37,7 +37,7 @@ class Verdict(enum.Enum):
 
     @property
     def is_noticed(self) -> bool:
-        """Whether any test failed."""
+        """Tell whether any test failed."""
         return self in (Verdict.NOTICED, Verdict.OVER_ROS)
 
 

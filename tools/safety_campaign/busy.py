@@ -55,7 +55,7 @@ class BusyReport:
 
     @property
     def succeeded(self) -> int:
-        """How many runs succeeded."""
+        """Count the runs that succeeded."""
         return sum(run.succeeded for run in self.runs)
 
     def text(self) -> str:

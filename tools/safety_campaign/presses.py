@@ -160,7 +160,7 @@ HITCHES: tuple[Hitch, ...] = (
 
 @dataclass(frozen=True)
 class Press:
-    """What came of one press.
+    """The outcome of one press.
 
     Attributes:
         hitch: What failed meanwhile.

@@ -135,7 +135,7 @@ class RunningSystem:
 
     @property
     def output(self) -> str:
-        """What ``florence up`` has printed."""
+        """Read what ``florence up`` has printed."""
         return self._log.read_text()
 
     def pid(self, group: str) -> int | None:

@@ -69,7 +69,7 @@ class Section:
 
     @property
     def for_many(self) -> bool:
-        """Whether it has wildcards: then it holds for those of its nodes that have such a parameter."""
+        """Tell whether it has wildcards: then it holds for those of its nodes that have such a parameter."""
         return "*" in self.name
 
     def is_for(self, node: str, namespace: str) -> bool:

@@ -73,7 +73,7 @@ class HeartbeatMonitor:
 
     @property
     def is_silent(self) -> bool:
-        """Whether the process does not answer."""
+        """Tell whether the process does not answer."""
         return self.silent_s >= SILENT_S
 
     def started(self, pid: int) -> None:

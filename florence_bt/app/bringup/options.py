@@ -135,22 +135,22 @@ class BringUp:
 
     @property
     def in_flat(self) -> bool:
-        """Whether the devices are those of the simulated flat."""
+        """Tell whether the devices are those of the simulated flat."""
         return self.simulated or self.emulated
 
     @property
     def has_recorder(self) -> bool:
-        """Whether there is a recorder, for files or for Foxglove."""
+        """Tell whether there is a recorder, for files or for Foxglove."""
         return self.record or self.foxglove_port > 0
 
     @property
     def own_world(self) -> bool:
-        """Whether the simulated home is another one than the flat that comes with Florence."""
+        """Tell whether the simulated home is another one than the flat that comes with Florence."""
         return self.world_file is not None or self.world_seed is not None
 
     @property
     def has_no_places(self) -> bool:
-        """Whether neither a map nor hotspots are known at first."""
+        """Tell whether neither a map nor hotspots are known at first."""
         return self.missions_only or self.mapping
 
     @property

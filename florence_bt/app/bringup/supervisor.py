@@ -30,7 +30,7 @@ RESTARTS_PERIOD_S = 600.0
 
 
 class Process(Protocol):
-    """What the supervisor needs of :class:`subprocess.Popen`."""
+    """A child process, as far as the supervisor needs it: a part of :class:`subprocess.Popen`."""
 
     pid: int
 

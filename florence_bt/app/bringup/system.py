@@ -290,7 +290,7 @@ class System:
 
     @property
     def _knows_pose_itself(self) -> bool:
-        """Whether our own localisation says where the robot is."""
+        """Tell whether our own localisation says where the robot is."""
         return self.options.nav == "own"
 
     def _devices_answer(self) -> bool:

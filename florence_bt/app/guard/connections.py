@@ -32,7 +32,7 @@ SHUT_DOWN_S = 2
 
 
 class Waiting(enum.IntEnum):
-    """What a connection waits for; those that are worth least come first."""
+    """The things that a connection waits for; those that are worth least come first."""
 
     HEAD = 0
     BODY = 1
@@ -80,12 +80,12 @@ class BoundedProtocol(H11Protocol):
 
     @property
     def is_open(self) -> bool:
-        """Whether it holds a place."""
+        """Tell whether it holds a place."""
         return self.transport is not None and not self.transport.is_closing()
 
     @property
     def address(self) -> str:
-        """Who is at the other end."""
+        """Name who is at the other end."""
         return self.client[0] if self.client else ""
 
     def _look(self) -> None:

@@ -53,7 +53,7 @@ text."""
 
 
 class Roles(Protocol):
-    """Who may do what: see :class:`~florence_bt.app.page.access.Access`."""
+    """The rights of each viewer: see :class:`~florence_bt.app.page.access.Access`."""
 
     @property
     def tokens(self) -> Mapping[str, Any]:
@@ -200,7 +200,7 @@ class Guard:
 
 
 class Answer:
-    """What is answered to one request: with the headers of every answer, whoever gives it.
+    """The answer to one request: with the headers of every answer, whoever gives it.
 
     Args:
         scope: The request.

@@ -43,7 +43,7 @@ _ONCE = ("host", "origin", "content-length", "x-forwarded-prefix")
 
 @dataclass(frozen=True, slots=True)
 class Refusal:
-    """Why somebody is not let in.
+    """The reason for which somebody is not let in.
 
     Attributes:
         why: For people; says what would have worked.
@@ -55,7 +55,7 @@ class Refusal:
 
 
 class Request:
-    """What an HTTP request, or that for a WebSocket, says about itself.
+    """An HTTP request, or that for a WebSocket, as it describes itself.
 
     Args:
         scope: Of ASGI.
@@ -86,8 +86,7 @@ class Request:
 
     @property
     def is_of_another_site(self) -> bool:
-        """Whether the browser says that another site is behind it: with an address, a picture, a frame, a
-        link.
+        """Tell whether another site is behind it, as the browser says: an address, a picture, frame or link.
 
         Another port of this machine is another site, too. Browsers from before 2023 have no
         ``Sec-Fetch-Site``, and tell the page that it comes from.
@@ -100,7 +99,7 @@ class Request:
 
     @property
     def opens_a_page(self) -> bool:
-        """Whether a person has followed a link to it, in a window of its own: nothing of it is told
+        """Tell whether a person has followed a link to it, in a window of its own: nothing of it is told
         elsewhere.
         """
         if self.is_websocket or self.method not in ("GET", "HEAD"):

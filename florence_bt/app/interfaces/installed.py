@@ -38,7 +38,7 @@ class InstalledPackage:
 
     @property
     def origin(self) -> str:
-        """Where it comes from, for people."""
+        """Say where it comes from, for people."""
         here = Environment(self.prefix, self.prefix, ADDED)
         if here.files_list(self.name).is_file():
             return "florence interfaces add"

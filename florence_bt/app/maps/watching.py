@@ -94,7 +94,7 @@ class MapWatch:
 
     @property
     def text(self) -> str:
-        """How far the map is, for people."""
+        """Say how far the map is, for people."""
         heard = self._progress()
         if heard is None or heard.last is None:
             return "waiting for the map"

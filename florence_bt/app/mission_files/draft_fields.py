@@ -40,12 +40,12 @@ class Fields:
 
     @property
     def not_sent(self) -> tuple[str, ...]:
-        """What a draft does not send."""
+        """List what a draft does not send."""
         return (*self.arrays, *self.beyond)
 
     @property
     def not_read(self) -> tuple[str, ...]:
-        """What a draft does not read."""
+        """List what a draft does not read."""
         return (
             *self.arrays,
             *(f"{path} ({TIME}): no kind of value is a time" for path in self.times),

@@ -156,12 +156,12 @@ class PageNode(FlorenceNode):
 
     @property
     def simulated(self) -> bool:
-        """Whether a simulation says what time it is."""
+        """Tell whether a simulation says what time it is."""
         return self.count_publishers(CLOCK) > 0
 
     @property
     def overridden(self) -> bool:
-        """Whether the manual override is on, as far as the base's driver has said."""
+        """Tell whether the manual override is on, as far as the base's driver has said."""
         return self.override.last is not None and self.override.last.on
 
     def add_picture(self, name: str, data: bytes) -> list[int]:
@@ -175,7 +175,7 @@ class PageNode(FlorenceNode):
 
     @property
     def questions(self) -> tuple[AskedQuestion, ...]:
-        """What missions wait to be answered, by the last word of the mission server, while that is new."""
+        """List what missions wait to be answered, by the mission server's last word, while that is new."""
         return self._questions if self.steady.now() < self._questions_until else ()
 
     def take_away(self, question: AskedQuestion) -> None:

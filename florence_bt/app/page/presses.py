@@ -37,7 +37,7 @@ def beat() -> float:
 
 @dataclass(frozen=True, slots=True)
 class Press:
-    """When somebody pressed.
+    """The moment at which somebody pressed.
 
     Attributes:
         beat: That of the newest frame that the browser had (:func:`beat`).

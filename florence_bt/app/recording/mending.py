@@ -87,7 +87,7 @@ def mend(file: Path) -> int:
 
 
 class _Contents:
-    """What a file holds, as its table of contents says it."""
+    """The contents of a file, as its table of contents says them."""
 
     def __init__(self) -> None:
         self._schemas: dict[int, Schema] = {}
@@ -101,7 +101,7 @@ class _Contents:
 
     @property
     def messages(self) -> int:
-        """How many messages were found."""
+        """Count the messages that were found."""
         return self._counts.total()
 
     def read(self, stream: IO[bytes]) -> int:

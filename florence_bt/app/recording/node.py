@@ -151,7 +151,7 @@ class RecorderNode(FlorenceNode):
 
     @property
     def counts(self) -> Counter[str]:
-        """How many messages of each topic were written."""
+        """Count the messages of each topic that were written."""
         return Counter({each.name: each.count for each in self._topics.values() if each.recorded})
 
     @property

@@ -114,7 +114,7 @@ class MissionClient(Closing):
 
     @functools.cached_property
     def robot(self) -> RobotState:
-        """What is heard of the robot's state."""
+        """Listen to the robot's state, from the first use on."""
         from florence_bt.ros.robot_state import RobotState  # loads messages that few commands need
 
         return RobotState(self.node)

@@ -80,7 +80,7 @@ class Keyboard:
 
     @property
     def closed(self) -> bool:
-        """Whether there will be no keys: no terminal, or one that was closed."""
+        """Tell whether there will be no keys: no terminal, or one that was closed."""
         return self._descriptor < 0
 
     def read(self, wake: int | None, timeout_s: float) -> list[str]:

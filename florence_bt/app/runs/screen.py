@@ -359,7 +359,7 @@ class Screen:
         return Text(f"──{title}{'─' * max(self._size[0] - len(title) - 2, 0)}", "dim")
 
     def _detail(self) -> Detail:
-        """How much is shown: what is wanted, or as much as there is room for."""
+        """Decide how much is shown: what is wanted, or as much as there is room for."""
         if self.view.detail is not None:
             return self.view.detail
         visited = lines_of(self._rows, Detail.VISITED)

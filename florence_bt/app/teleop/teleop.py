@@ -238,7 +238,7 @@ class _Teleop:
 
     @property
     def _overridden(self) -> bool:
-        """Whether the manual override is on, as the base's driver said last before it went."""
+        """Tell whether the manual override is on, as the base's driver said last before it went."""
         return not self._gone and self._override.last is not None and self._override.last.on
 
     def _silence(self) -> str:

@@ -152,7 +152,7 @@ class Ticker:
 
     @property
     def changes(self) -> tuple[StatusChange, ...]:
-        """What the last tick changed, in order; only when recording.
+        """List what the last tick changed, in order; only when recording.
 
         What other code changed between two ticks is not in it: stop the tree with :meth:`stop`.
         """

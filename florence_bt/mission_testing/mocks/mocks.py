@@ -56,7 +56,7 @@ class MockRun(BaseRun):
 
     @property
     def active(self) -> bool:
-        """Whether the run has not ended."""
+        """Tell whether the run has not ended."""
         return self.phase is not Phase.DONE
 
     def poll(self) -> Result | None:

@@ -210,7 +210,7 @@ class ScenarioResult:
 
     @property
     def passed(self) -> bool:
-        """Whether everything held."""
+        """Tell whether everything held."""
         return not self.problems
 
 

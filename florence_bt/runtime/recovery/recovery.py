@@ -86,7 +86,7 @@ class LeftRun:
 
     @property
     def paused(self) -> str:
-        """Why it was paused; empty when it was not."""
+        """Say why it was paused; empty when it was not."""
         return self.row.reason if self.row.state == RunStatus.PAUSED.value else ""
 
     def accepted_after(self, date: datetime) -> bool:
@@ -172,7 +172,7 @@ class Recovery:
 
     @property
     def going_on(self) -> bool:
-        """Whether the robot is being made safe or something still boots: triggers are refused."""
+        """Tell whether the robot is being made safe or something still boots: triggers are refused."""
         return self._executor.left_runs is self
 
     @property

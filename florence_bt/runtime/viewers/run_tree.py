@@ -42,7 +42,7 @@ class RunTree:
 
     @property
     def took(self) -> str:
-        """How long it has taken, for people; empty before it began."""
+        """Write how long it has taken, for people; empty before it began."""
         text = "" if self.seconds is None else seconds_text(0.0, self.seconds)
         return f"at least {text}" if text and self.state == RunStatus.ABORTED.value else text
 

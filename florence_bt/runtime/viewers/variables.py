@@ -40,7 +40,7 @@ class Variables:
 
     @property
     def complete(self) -> bool:
-        """Whether no branch was built since."""
+        """Tell whether no branch was built since."""
         return not any(node.reached for node in self.unreached)
 
     def values_of(self, names: Iterable[str]) -> dict[str, str]:

@@ -142,12 +142,12 @@ class CreateEmulator:
 
     @property
     def streaming(self) -> bool:
-        """Whether frames are sent by themselves."""
+        """Tell whether frames are sent by themselves."""
         return self._stream.running
 
     @property
     def unknown_bytes(self) -> int:
-        """How many bytes came that are not an opcode."""
+        """Count the bytes that came and are not an opcode."""
         return self._commands.unknown_bytes
 
     def set_power(self, on: bool, now: float) -> None:
@@ -386,7 +386,7 @@ class BootLoader:
 
     @property
     def running(self) -> bool:
-        """Whether the base ignores its input because of it."""
+        """Tell whether the base ignores its input because of it."""
         return self._end is not None
 
     def start(self, now: float) -> None:
@@ -435,12 +435,12 @@ class FrameStream:
 
     @property
     def running(self) -> bool:
-        """Whether frames are sent."""
+        """Tell whether frames are sent."""
         return bool(self._numbers) and not self._paused
 
     @property
     def next_due(self) -> float | None:
-        """When the next frame is due; None while nothing is sent."""
+        """Return the time at which the next frame is due; None while nothing is sent."""
         return self._next if self.running else None
 
     def request(self, numbers: bytes, now: float) -> None:

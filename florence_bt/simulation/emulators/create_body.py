@@ -91,7 +91,7 @@ class Body:
 
     @property
     def powered(self) -> bool:
-        """Whether a charger of any kind is there."""
+        """Tell whether a charger of any kind is there."""
         return self.faults.charger or self.faults.dock
 
     def set_wheels(self, left_mmps: int, right_mmps: int) -> None:
@@ -368,7 +368,7 @@ class Songs:
 
     @property
     def playing(self) -> bool:
-        """Whether a song plays now."""
+        """Tell whether a song plays now."""
         return self._end is not None
 
     def define(self, arguments: bytes) -> bool:

@@ -127,7 +127,7 @@ class ScriptPlayer:
 
     @property
     def waiting(self) -> bool:
-        """Whether a wait runs: the base executes nothing then."""
+        """Tell whether a wait runs: the base executes nothing then."""
         return self._wait is not None
 
     def define(self, script: bytes) -> None:

@@ -113,17 +113,17 @@ class KinectFrameServer:
 
     @property
     def client_count(self) -> int:
-        """How many are connected; images for nobody need not be rendered."""
+        """Count the clients; images for nobody need not be rendered."""
         return len(self._clients)
 
     @property
     def colour_wanted(self) -> bool:
-        """Whether a client wants colour images; one that has not said what it wants gets everything."""
+        """Tell whether a client wants colour images; one that has not said what it wants gets everything."""
         return any(client.wants & VIDEO for client in self._clients)
 
     @property
     def pending(self) -> bool:
-        """Whether something waits for room in a connection; then :meth:`poll` soon."""
+        """Tell whether something waits for room in a connection; then :meth:`poll` soon."""
         return any(client.pending for client in self._clients)
 
     def poll(self) -> None:

@@ -75,7 +75,7 @@ class KinectMotorBackend(usb.backend.IBackend):
 
     @property
     def moving(self) -> bool:
-        """Whether the head turns."""
+        """Tell whether the head turns."""
         return abs(self.angle - self._to) > 1e-9
 
     def enumerate_devices(self) -> Iterator[int]:

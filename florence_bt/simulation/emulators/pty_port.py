@@ -61,7 +61,7 @@ class PseudoTerminal:
 
     @property
     def has_client(self) -> bool:
-        """Whether somebody has the line open; where the system does not say, somebody always has."""
+        """Tell whether somebody has the line open; where the system does not say, somebody always has."""
         self._look_for_clients()
         return self._watch.clients > 0 or not self._watch.works
 

@@ -116,12 +116,12 @@ class ScipEmulator:
 
     @property
     def powered(self) -> bool:
-        """Whether the scanner has power."""
+        """Tell whether the scanner has power."""
         return self._powered
 
     @property
     def measuring(self) -> bool:
-        """Whether a stream of scans runs."""
+        """Tell whether a stream of scans runs."""
         return self._stream is not None
 
     def set_power(self, on: bool, now: float) -> None:

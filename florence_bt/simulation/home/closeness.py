@@ -25,7 +25,7 @@ class Closeness:
 
     @property
     def polite(self) -> bool:
-        """Whether that is what the mission promises: 0.5 m +- 0.1 m, facing within 15 degrees."""
+        """Tell whether that is what the mission promises: 0.5 m +- 0.1 m, facing within 15 degrees."""
         return self.polite_at(POLITE_DISTANCE_M)
 
     def polite_at(self, distance: float) -> bool:

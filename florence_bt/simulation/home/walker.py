@@ -79,12 +79,12 @@ class Walker:
 
     @property
     def _distance(self) -> float:
-        """How far from everybody else the person keeps now, metres."""
+        """Compute how far from everybody else the person keeps now, metres."""
         return self._usual - (SQUEEZE_M if self._time < self._squeezes_until else 0.0)
 
     @property
     def arrived(self) -> bool:
-        """Whether a person who walks once has come to the end."""
+        """Tell whether a person who walks once has come to the end."""
         return self._spec.once and self._walked >= self._route.length
 
     def advance(self, seconds: float, robot: Pose2, people: Sequence[Pose2] = ()) -> Pose2:

@@ -143,7 +143,7 @@ class SimulatedWorld:
 
     @property
     def resting(self) -> bool:
-        """Whether nothing moves: nobody walks, and the robot stands still and touches nothing."""
+        """Tell whether nothing moves: nobody walks, and the robot stands still and touches nothing."""
         return self._still_steps >= _REST_STEPS
 
     def step_to(self, time: float) -> None:
@@ -195,7 +195,7 @@ class SimulatedWorld:
 
     @property
     def moving(self) -> bool:
-        """Whether the robot drives faster than 0.01 m/s or turns faster than 0.02 rad/s."""
+        """Tell whether the robot drives faster than 0.01 m/s or turns faster than 0.02 rad/s."""
         speed, rate = np.hypot(*self._data.qvel[:2]), abs(self._data.qvel[5])
         return bool(speed > 0.01 or rate > 0.02)
 
@@ -214,7 +214,7 @@ class SimulatedWorld:
 
     @property
     def robot_pose(self) -> Pose2:
-        """Where the robot truly is: base_footprint in the map frame."""
+        """Give the true pose of the robot: base_footprint in the map frame."""
         x, y, _, qw, qx, qy, qz = self._data.qpos[:7].tolist()
         return Pose2(x, y, math.atan2(2 * (qw * qz + qx * qy), 1 - 2 * (qy * qy + qz * qz)))
 

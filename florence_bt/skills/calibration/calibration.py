@@ -144,7 +144,7 @@ class Calibration:
 
     @property
     def feedback(self) -> str:
-        """What goes on, for people."""
+        """Say what goes on, for people."""
         if self.state in (State.REST, State.DONE):
             return self.state.value
         count = len(self._parameters.speeds)
@@ -360,17 +360,17 @@ class CalibrationRounds:
 
     @property
     def odometry(self) -> float:
-        """What to multiply ``odom_angular_scale_correction`` with, all rounds together."""
+        """Compute the factor for ``odom_angular_scale_correction`` from all rounds together."""
         return self._scales.get(Source.ODOMETRY, 1.0)
 
     @property
     def gyro(self) -> float | None:
-        """What to multiply ``gyro_scale_correction`` with; None without a gyro."""
+        """Compute the factor for ``gyro_scale_correction``; None without a gyro."""
         return self._scales.get(Source.GYRO, 1.0) if self._parameters.has_gyro else None
 
     @property
     def feedback(self) -> str:
-        """What goes on, for people."""
+        """Say what goes on, for people."""
         return f"round {len(self.rounds) + 1}: {self.current.feedback}"
 
     def step(self, now: float) -> Twist2:

@@ -57,7 +57,7 @@ class HotspotFile:
 
     @property
     def hotspots(self) -> Hotspots:
-        """What the file says now."""
+        """Read the file as it is now."""
         return self._wanted
 
     # Changes.

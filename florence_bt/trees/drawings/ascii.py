@@ -85,7 +85,7 @@ class TreeRow(NamedTuple):
 
     @property
     def running(self) -> bool:
-        """Whether it has not ended; with :attr:`left` it was stopped before its end."""
+        """Tell whether it has not ended; with :attr:`left` it was stopped before its end."""
         return self.status is Status.RUNNING
 
     @property

@@ -50,7 +50,7 @@ class Append(Assignments):
 
     @property
     def reads(self) -> tuple[Value, ...]:
-        """What the keys hold, and what is added."""
+        """Give what the keys hold, and what is added."""
         held = (Reference(key.text, key.position) for key, _ in self.values)
         return (*held, *(value for _, value in self.values))
 

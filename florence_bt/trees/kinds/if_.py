@@ -79,12 +79,12 @@ class If(Node):
 
     @property
     def edges(self) -> tuple[str, ...]:
-        """What each part is."""
+        """Name each part: the condition, and what is done when it holds or does not."""
         return ("if", "then", "else")[0 if isinstance(self.condition, Node) else 1 :][: len(self.parts)]
 
     @property
     def details(self) -> tuple[str, ...]:
-        """Whether it has memory."""
+        """Say whether it has memory."""
         return () if self.memory else ("without memory",)
 
     # ---- keys and values ------------------------------------------------------------------------------

@@ -28,7 +28,7 @@ class InOrder(Composite):
 
     @property
     def details(self) -> tuple[str, ...]:
-        """Whether it has memory."""
+        """Say whether it has memory."""
         return () if self.memory else ("without memory",)
 
     @property

@@ -51,7 +51,7 @@ class Interruptible(Wrapper):
 
     @property
     def edges(self) -> tuple[str, ...]:
-        """What interrupts it, and what is done then."""
+        """Name the part that interrupts it, and the one that is done then."""
         return ("", "interrupted if", "then first")
 
     def outcomes(self, known: MissionOutcomes, skip_fails: bool) -> NodeOutcomes:

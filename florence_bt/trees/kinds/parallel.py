@@ -136,7 +136,7 @@ class Parallel(Composite):
 
     @property
     def edges(self) -> tuple[str, ...]:
-        """Which branches must succeed, where that is not all or any of them."""
+        """Name the branches that must succeed, where that is not all or any of them."""
         wanted = [name.text for name in self.policy.names]
         return tuple("must succeed" if child.title in wanted else "" for child in self.children)
 

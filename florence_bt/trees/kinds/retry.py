@@ -88,7 +88,7 @@ class Retry(Wrapper):
 
     @property
     def edges(self) -> tuple[str, ...]:
-        """What is done between two attempts."""
+        """Name the part that is done between two attempts."""
         return ("", "between")[: len(self.parts)]
 
     @property

@@ -66,7 +66,7 @@ class Set(Assignments):
 
     @property
     def reads(self) -> tuple[Value, ...]:
-        """What the keys are given."""
+        """Give the values that the keys get."""
         return tuple(value for _, value in self.values)
 
     def writes(self, known: KnownKinds) -> Iterator[tuple[Literal, Kind | None]]:

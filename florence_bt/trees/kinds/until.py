@@ -48,7 +48,7 @@ class Until(Wrapper):
 
     @property
     def edges(self) -> tuple[str, ...]:
-        """What ends it."""
+        """Name the part that ends it."""
         return ("", "until")
 
     def outcomes(self, known: MissionOutcomes, skip_fails: bool) -> NodeOutcomes:

@@ -73,7 +73,7 @@ class WaitUntil(Node):
 
     @property
     def parts(self) -> tuple[Node, ...]:
-        """What is asked."""
+        """Give the question, where it is a node."""
         return (self.goal,)
 
     @property

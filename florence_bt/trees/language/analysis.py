@@ -72,7 +72,7 @@ class MissionFacts:
 
     @property
     def root(self) -> NodeFacts | None:
-        """What is known of the whole tree."""
+        """Give what is known of the whole tree."""
         return self.nodes[self.mission.tree] if self.mission.tree is not None else None
 
     def of(self, node: Node) -> NodeFacts:

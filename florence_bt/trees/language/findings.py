@@ -62,7 +62,7 @@ class FindingList:
 
     @property
     def full(self) -> bool:
-        """Whether more was added than is ever shown."""
+        """Tell whether more was added than is ever shown."""
         return len(self.findings) > MAX_FINDINGS
 
     def error(self, position: Position, message: str, valid: Iterable[str] = ()) -> None:

@@ -48,7 +48,7 @@ class MissionLibrary:
 
     @property
     def findings(self) -> list[Finding]:
-        """What is wrong with files and packages that could not be read, by file and place."""
+        """List what is wrong with files and packages that could not be read, by file and place."""
         return sort_findings(self._findings)
 
     @classmethod

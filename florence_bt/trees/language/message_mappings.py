@@ -156,7 +156,7 @@ class MessageMapping:
 
     @property
     def server(self) -> tuple[str, str]:
-        """What is on the other side, and its name: of one topic everybody has one type."""
+        """Name the other side with its kind: of one topic everybody has one type."""
         return self.way if self.way in ("action", "service") else "topic", self.name.strip("/")
 
     def binding(self) -> SkillBinding:

@@ -270,7 +270,7 @@ class Node:
 
     @property
     def details(self) -> tuple[str, ...]:
-        """What a drawing says of the node beside its title."""
+        """Say in a drawing what the title does not."""
         return ()
 
     def outcomes(self, known: MissionOutcomes, skip_fails: bool) -> NodeOutcomes:

@@ -89,7 +89,7 @@ class KnownKinds:
 
 
 class NodeChecks(Protocol):
-    """What a node is given to check its values with."""
+    """The tools with which a node checks its values."""
 
     @property
     def findings(self) -> FindingList:
@@ -135,7 +135,7 @@ class Call:
 
 
 class TreeBuilder(Protocol):
-    """What a node is given to be built with, for one call of one mission.
+    """The tools with which a node is built, for one call of one mission.
 
     A skipped node counts as failure where another one is tried then, or asked again. A node that has only
     this one to do is skipped with it, so this is seen through.
@@ -143,7 +143,7 @@ class TreeBuilder(Protocol):
 
     @property
     def context(self) -> TreeContext:
-        """What the nodes of the tree share, with the keys as they are seen here."""
+        """Give what the nodes of the tree share, with the keys as they are seen here."""
         ...
 
     @property

@@ -44,12 +44,12 @@ class NodeOutcomes:
 
     @property
     def can_fail(self) -> bool:
-        """Whether it can fail."""
+        """Tell whether it can fail."""
         return bool(self.codes)
 
     @property
     def ends(self) -> bool:
-        """Whether it can end in any way but by being stopped."""
+        """Tell whether it can end in any way but by being stopped."""
         return self.can_succeed or self.can_fail
 
 

@@ -46,7 +46,7 @@ class Home:
 
     @property
     def note(self) -> str:
-        """What whoever edits should know about the robot."""
+        """Say what whoever edits should know about the robot."""
         if not self.there:
             return "no robot is running: missions can be written, tried and saved"
         if not self.told:
@@ -83,7 +83,7 @@ class Desk:
 
     @property
     def robot_there(self) -> bool:
-        """Whether a mission server runs now."""
+        """Tell whether a mission server runs now."""
         return bool(self._ros.node.count_publishers(RUN_STATE) > 0)
 
     async def home(self) -> Home:

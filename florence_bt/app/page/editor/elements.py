@@ -101,6 +101,6 @@ class InputForm:
 
     @property
     def values(self) -> dict[str, str]:
-        """What was typed, without empty fields."""
+        """Read what was typed, without empty fields."""
         texts = {name: text_of(field.value) for name, field in self._fields.items()}
         return {name: text for name, text in texts.items() if text}

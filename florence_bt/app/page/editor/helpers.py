@@ -146,7 +146,7 @@ class Trials:
 
     @property
     def running(self) -> bool:
-        """Whether one runs."""
+        """Tell whether one runs."""
         return self._task is not None and not self._task.done()
 
     async def start(self, request: TrialRequest) -> None:

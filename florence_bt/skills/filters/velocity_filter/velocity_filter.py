@@ -72,7 +72,7 @@ class VelocityFilter:
 
     @property
     def idle(self) -> bool:
-        """Whether only zeros came out for ``idle_after`` seconds, so that further steps say nothing new."""
+        """Tell whether only zeros came out for ``idle_after`` seconds: further steps say nothing new."""
         enough = round(self.parameters.idle_after * self.parameters.publishing_rate)
         return enough > 0 and self._steps_at_rest >= enough
 
@@ -171,7 +171,7 @@ class VelocityTicker:
 
     @property
     def running(self) -> bool:
-        """Whether steps are being made."""
+        """Tell whether steps are being made."""
         return self._timer is not None
 
     def command(self, twist: Twist2) -> bool:

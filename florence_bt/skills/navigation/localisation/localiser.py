@@ -137,12 +137,12 @@ class Localiser:
 
     @property
     def lost(self) -> bool:
-        """Whether the scans do not fit the estimated pose, and the robot was not found elsewhere."""
+        """Tell whether the scans do not fit the estimated pose, and the robot was not found elsewhere."""
         return self._relocaliser.lost
 
     @property
     def doubtful(self) -> bool:
-        """Whether hardly anything of the newest scan fits the map at the estimated pose (``lost_fit``)."""
+        """Tell whether hardly anything of the newest scan fits the map at the pose (``lost_fit``)."""
         return self._counted is not None and self.fit < self._parameters.lost_fit
 
     def believe(self, odom_pose: Pose2) -> None:

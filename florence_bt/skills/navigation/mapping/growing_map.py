@@ -31,7 +31,7 @@ class MapMaker(Protocol):
 
     @property
     def loops(self) -> int:
-        """How many ties hold places together that the robot came back to."""
+        """Count the ties that hold places together that the robot came back to."""
 
     def update(self, scan: LaserScan, laser_in_base: Transform3, odom_pose: Pose2) -> bool:
         """Take a scan; tell whether the map has more in it than before."""

@@ -123,7 +123,7 @@ class LoopFinder:
 
     @property
     def torn(self) -> tuple[bool, ...]:
-        """Which of the scans nothing ties to those before."""
+        """Find the scans that nothing ties to those before."""
         return tuple(number in self._torn_at for number in range(len(self.driven)))
 
     def _open(self) -> list[_Stretch]:

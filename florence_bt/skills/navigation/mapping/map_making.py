@@ -75,7 +75,7 @@ BUMPS = Topic(topic_names.SENSOR_STATE, Bumps, interface="florence_interfaces/ms
 
 @dataclass(frozen=True, slots=True)
 class _Made:
-    """What has become of a scan.
+    """The fate of a scan.
 
     Attributes:
         grid: The map when it is time for a newer one.

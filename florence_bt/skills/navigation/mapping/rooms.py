@@ -117,12 +117,12 @@ class _Gap:
 
     @property
     def wall(self) -> int:
-        """How much wall there is beside it, cells."""
+        """Measure the wall beside it, cells."""
         return sum(piece.length for piece in self.pieces)
 
     @property
     def thickness(self) -> float:
-        """How thick the thinnest piece of that wall is, cells."""
+        """Measure the thinnest piece of that wall, cells."""
         return min(piece.thickness for piece in self.pieces)
 
     def transposed(self) -> _Gap:

@@ -95,7 +95,7 @@ class Approach(NavigationGoal):
 
     @property
     def person(self) -> Point2 | None:
-        """Where the person should be, odometry frame, metres; None while nobody knows."""
+        """Give the place where the person should be, odometry frame, metres; None while nobody knows."""
         if self._track.seen is not None:
             return self._track.last
         if self._start is None or (self._goal.x == 0.0 and self._goal.y == 0.0):

@@ -56,7 +56,7 @@ class Clearance:
 
     @property
     def is_wedged(self) -> bool:
-        """Whether the robot, with its padding, stands in something already."""
+        """Tell whether the robot, with its padding, stands in something already."""
         if _touches(self._local.master, self._frame, self._pose, self._outline):
             return True
         return self._walls is not None and self._map_pose is not None and self._walls.touches(self._map_pose)

@@ -101,7 +101,7 @@ class ContactRecovery:
 
     @property
     def text(self) -> str:
-        """What the robot does, for people."""
+        """Say what the robot does, for people."""
         return f"backing off: {self.last.text}"
 
     def step(self, state: CycleState) -> Twist2 | Result | None:

@@ -309,7 +309,7 @@ class Costmap:
 
     @property
     def unknown(self) -> NDArray[np.bool_]:
-        """Which cells the map says nothing about, shape (rows, columns)."""
+        """Find the cells that the map says nothing about, shape (rows, columns)."""
         return self._static == UNKNOWN_COST
 
     @property

@@ -88,7 +88,7 @@ class Frontier:
 
     @property
     def may_be_door(self) -> bool:
-        """Whether it is as wide as a door, and what is behind it as large as a room."""
+        """Tell whether it is as wide as a door, and what is behind it as large as a room."""
         return self.length >= _DOOR_M and self.area >= _ROOM_M2
 
 

@@ -15,7 +15,7 @@ from florence_bt.skills.navigation.navigate.state import CycleState, Feedback
 
 
 class NavigationGoal(ABC):
-    """What the navigator drives until it gives a result; each kind overrides what it needs.
+    """A thing to drive until it gives a result; each kind overrides what it needs.
 
     Attributes:
         by_odometry: Whether it goes on while nobody knows where the robot is in the map.
@@ -40,12 +40,12 @@ class NavigationGoal(ABC):
 
     @property
     def person(self) -> Point2 | None:
-        """Where the person of the goal was last, odometry frame, metres; None while nobody knows."""
+        """Give the last place of the goal's person, odometry frame, metres; None while nobody knows."""
         return None
 
     @property
     def followed(self) -> tuple[int, Point2 | None] | tuple[None, None]:
-        """Who is followed, and where they were last: nobody whom the robot keeps clear of."""
+        """Give who is followed, and their last place: nobody whom the robot keeps clear of."""
         return None, None
 
     def resume(self, now: float) -> None:

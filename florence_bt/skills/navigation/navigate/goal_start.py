@@ -24,7 +24,7 @@ def as_in_map(given: FramedPose) -> Pose2 | Result:
 
 @dataclass(frozen=True, slots=True)
 class GoalStart:
-    """What there is when a goal begins.
+    """The situation in which a goal begins.
 
     Attributes:
         now: Seconds.

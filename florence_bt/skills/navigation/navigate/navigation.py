@@ -226,17 +226,17 @@ class Navigation:
 
     @property
     def navigator(self) -> Navigator | None:
-        """What drives; None before a map has come and its costmaps are made, when goals are refused."""
+        """Give what drives; None before a map has come and its costmaps are made, when goals are refused."""
         return self._navigator
 
     @property
     def makes_costmaps(self) -> bool:
-        """Whether the costmaps of a map that has come are being made: goals are held."""
+        """Tell whether the costmaps of a map that has come are being made: goals are held."""
         return self._map_work is not None
 
     @property
     def active(self) -> bool:
-        """Whether something is being driven."""
+        """Tell whether something is being driven."""
         return self._cycle is not None
 
     def _take_map(self, grid: OccupancyGrid) -> None:

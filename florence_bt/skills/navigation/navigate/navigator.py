@@ -206,7 +206,7 @@ class Navigator:
 
     @property
     def active(self) -> bool:
-        """Whether a goal waits for its end."""
+        """Tell whether a goal waits for its end."""
         return self._goal is not None or self._end is not None
 
     @property
@@ -216,7 +216,7 @@ class Navigator:
 
     @property
     def person(self) -> Point2 | None:
-        """Where the person who is followed or approached was last, in the odometry frame, metres."""
+        """Give the last place of the person who is followed or approached, in the odometry frame, metres."""
         return None if self._goal is None else self._goal.person
 
     def set_zones(self, zones: Iterable[Zone]) -> None:

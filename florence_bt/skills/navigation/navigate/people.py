@@ -63,7 +63,7 @@ class People:
 
     @property
     def places(self) -> list[tuple[float, float]]:
-        """Where they are, metres."""
+        """Give the place of each, metres."""
         return [(float(x), float(y)) for x, y in self.rows[:, :2]]
 
     def in_map(self, map_from_odom: Pose2) -> NDArray[np.float64]:

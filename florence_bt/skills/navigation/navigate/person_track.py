@@ -52,7 +52,7 @@ class PersonTrack:
 
     @property
     def last(self) -> Point2:
-        """Where they were seen last."""
+        """Give the place where they were seen last."""
         assert self.seen is not None
         return self._place
 
@@ -76,7 +76,7 @@ class PersonTrack:
 
     @property
     def walks(self) -> bool:
-        """Whether they walk, or nearly stand."""
+        """Tell whether they walk, or nearly stand."""
         return self.speed >= _WALKING_MPS
 
     def walks_away(self, robot: Pose2, bearing: float) -> float:

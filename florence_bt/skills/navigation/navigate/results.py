@@ -176,12 +176,12 @@ class BaseStop:
 
     @property
     def holds_all(self) -> bool:
-        """Whether no motion is possible: a goal ends at once."""
+        """Tell whether no motion is possible: a goal ends at once."""
         return self.code in HELD
 
     @property
     def holds_forward(self) -> bool:
-        """Whether the base can still back off and turn."""
+        """Tell whether the base can still back off and turn."""
         return self.code in TOUCHES
 
     def failure(self, text: str = "") -> Result:

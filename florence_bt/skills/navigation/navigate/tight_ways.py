@@ -56,7 +56,7 @@ class TightPlace:
 
 
 class TightWays:
-    """What is closed in the global costmap, because the controller could not drive there.
+    """The ways that are closed in the global costmap, because the controller could not drive there.
 
     Args:
         costmap: The global costmap; the marks are in a layer of it.

@@ -136,7 +136,7 @@ class ZoneLayer:
 
     @property
     def closes_ways(self) -> bool:
-        """Whether there are keep-out zones, and the robot stands in none of them."""
+        """Tell whether there are keep-out zones, and the robot stands in none of them."""
         return self._closed is not None and self._open is None
 
     def name_at(self, x: float, y: float) -> str:

@@ -35,7 +35,7 @@ class GiveWay:
 
     @property
     def steps_aside(self) -> bool:
-        """Whether the robot drives to where it can be passed."""
+        """Tell whether the robot drives to where it can be passed."""
         return self._aside is not None
 
     def is_too_near(self, state: CycleState, distance: float, bearing: float) -> bool:

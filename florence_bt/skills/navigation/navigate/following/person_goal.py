@@ -71,12 +71,12 @@ class PersonGoal(NavigationGoal):
 
     @property
     def person(self) -> Point2 | None:
-        """Where the person was last, in the odometry frame, metres; None before."""
+        """Give the person's last place, in the odometry frame, metres; None before."""
         return None if self._task.track.seen is None else self._task.track.last
 
     @property
     def followed(self) -> tuple[int, Point2 | None]:
-        """Who is followed, and where they were last: nobody whom the robot keeps clear of."""
+        """Give who is followed, and their last place: nobody whom the robot keeps clear of."""
         return self.user_id, self.person
 
     def step(self, state: CycleState) -> tuple[Twist2, Feedback, Result | None]:
