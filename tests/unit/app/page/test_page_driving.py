@@ -10,7 +10,7 @@ pytest.importorskip("nicegui")
 pytest.importorskip("rclpy")
 
 from florence_bt.app.page.access import ROLE, Role
-from florence_bt.app.page.driving import SILENT_S, HandDriving
+from florence_bt.app.page.driving import HAND_SILENT_S, HandDriving
 from florence_bt.app.page.parts import LiveParts
 from florence_bt.app.page.presses import beat
 from florence_bt.app.page.server import RobotViewers
@@ -52,7 +52,7 @@ def test_a_held_pad_drives_and_the_robot_stops_when_it_is_let_go(bench):
 
 def test_a_hand_that_is_silent_stops_the_robot(bench):
     bench.driving.push("a", 1.0, 0.0)
-    bench.clock.advance(SILENT_S + 0.1)
+    bench.clock.advance(HAND_SILENT_S + 0.1)
     assert bench.take()[-1] == STANDSTILL
     bench.clock.advance(5.0)
     assert bench.take() == []
