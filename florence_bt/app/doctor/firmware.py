@@ -23,6 +23,7 @@ GROUP = "firmware"
 DEVICE_ANSWER_S = 2.0
 """Seconds that a device has for its answer."""
 MODE, CHARGING, VOLTAGE, CHARGE, CAPACITY = 35, 21, 22, 25, 26
+"""Numbers of packets. Source: REFERENCE 1.5."""
 ASKED = (MODE, CHARGING, VOLTAGE, CHARGE, CAPACITY)
 """Packets of the base (REFERENCE 1.5)."""
 LASER_BAUD = 115200

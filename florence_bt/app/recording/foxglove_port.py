@@ -37,6 +37,7 @@ _MESSAGE = struct.Struct("<BIQ")
 """Head of a message: opcode 1, subscription, time in nanoseconds."""
 _ORIGIN = re.compile(r"[a-z][a-z0-9+.-]*://[a-z0-9.:\[\]_-]*", re.IGNORECASE)
 _WARNING, _ERROR = 1, 2
+"""Levels of a status in the protocol of Foxglove's WebSocket."""
 
 Send = Callable[[Mapping[str, Any]], Awaitable[None]]
 

@@ -141,6 +141,7 @@ def _replace_link(link: Path, target: str) -> None:
 
 
 IN_OPEN, IN_CLOSE = 0x20, 0x08 | 0x10
+"""Events of inotify: opened; closed, after writing or not."""
 _EVENT = struct.Struct("iIII")
 _READ_SIZE = 64 * _EVENT.size
 
