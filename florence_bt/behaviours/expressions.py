@@ -18,6 +18,7 @@ from florence_bt.core.geometry import Pose2
 
 _RELATIVE = 1e-9
 _ABSOLUTE = 1e-12
+"""Numbers are equal within this part of the larger one, and within so much near zero: rounding, no more."""
 MAX_INTEGER = 2**63 - 1
 """Whole numbers beyond this, either way, have no value."""
 

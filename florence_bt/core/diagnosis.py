@@ -6,6 +6,9 @@ import enum
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+DIAGNOSIS_PERIOD_S = 1.0
+"""Seconds between two words of a node on how it does; one that has missed three of them counts as silent."""
+
 
 class Severity(enum.IntEnum):
     """The levels of diagnostic_msgs/DiagnosticStatus."""

@@ -14,7 +14,7 @@ from florence_bt.core.outcome import Result, cancelled, failure
 from florence_bt.core.serving import QuestionBinding, WaitBinding
 from florence_bt.core.skill import BaseRun, Event, FinishedRun, Inputs, SkillRun
 
-LOOK_S = 1.0
+SOURCE_LOOK_S = 1.0
 """How often is looked whether a source that speaks only when something changes is still there, while somebody
 watches or waits. Chosen: as fast as a killed server is noticed during a call."""
 SAID_WITH_S = 0.5
@@ -133,7 +133,7 @@ class MessageCondition:
         if not self._watches or self._message is None:
             return
         if when == math.inf:
-            self._silence = self._clock.call_at(now + LOOK_S, self._look_again)
+            self._silence = self._clock.call_at(now + SOURCE_LOOK_S, self._look_again)
         elif now < when:
             self._silence = self._clock.call_at(when, self._judge_again)
 
@@ -184,7 +184,7 @@ class MessageWait:
     def _look_for_source(self, run: _WaitRun, when: float) -> None:
         def look() -> None:
             if self._source_is_there():
-                self._look_for_source(run, self._clock.now() + LOOK_S)
+                self._look_for_source(run, self._clock.now() + SOURCE_LOOK_S)
             else:
                 why = self._why_silent() or "start its node"
                 run.finish(failure("server_lost", f"nobody publishes {self._label}; {why}"))

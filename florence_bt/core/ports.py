@@ -63,6 +63,8 @@ def pictures(name: str, kind: type[T]) -> Topic[Picture[T]]:
     return Topic(name, kind, Delivery.SENSOR)  # type: ignore[arg-type]
 
 
+NOT_SAVED_PERIOD_S = 600.0
+"""Between two warnings that something is not kept. Chosen: a full disk stays full for a while."""
 WARNING_PERIOD_S = 5.0
 """Between two warnings about one thing, seconds (chosen)."""
 REFUSED = 65535

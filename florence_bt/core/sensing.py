@@ -179,6 +179,7 @@ class PoseEstimate:
 
 
 FREE, OCCUPIED, UNKNOWN = 0, 100, -1
+"""Values of the cells of ``nav_msgs/OccupancyGrid``."""
 MAX_MAP_CELLS = 25_000_000
 """Of a map: 250 m x 250 m at 5 cm."""
 MIN_RESOLUTION_M, MAX_RESOLUTION_M = 0.001, 1.0

@@ -135,7 +135,7 @@ DETOUR_M, DETOUR_RAD = 0.04, math.radians(4.0)
 frame comes 2 cm far in 40 ms, and may have done so there and back."""
 
 
-KEEP_S = 10.0
+HISTORY_S = 10.0
 """For so long a moving frame can be looked up at a past moment, as in tf2."""
 
 
@@ -150,7 +150,7 @@ class TransformBuffer:
     second one.
     """
 
-    def __init__(self, keep: float = KEEP_S) -> None:
+    def __init__(self, keep: float = HISTORY_S) -> None:
         self._keep = keep
         self._static: dict[str, tuple[str, Transform3]] = {}
         self._static_lookups: dict[tuple[str, str], Transform3] = {}

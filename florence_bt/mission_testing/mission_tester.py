@@ -29,7 +29,7 @@ __tracebackhide__ = True
 
 LIMIT = "24 h"
 """How long a test waits for something, in the time of the mission."""
-MAX_EVENTS = 100_000
+MAX_EVENTS_OF_WAIT = 100_000
 """How much may happen while a test waits for one thing: one that never ends is noticed within seconds."""
 
 
@@ -334,18 +334,18 @@ class MissionTester:
         return given
 
     def _go_to(self, when: float) -> None:
-        for _ in range(MAX_EVENTS):
+        for _ in range(MAX_EVENTS_OF_WAIT):
             self.check_mocks()
             due = self.clock.next_time()
             if due is None or due > when:
                 self.clock.advance_to(when)
                 return
             self.clock.run_next()
-        raise AssertionError(f"more than {MAX_EVENTS} events before {seconds_text(when)}")
+        raise AssertionError(f"more than {MAX_EVENTS_OF_WAIT} events before {seconds_text(when)}")
 
     def _wait(self, done: Callable[[], bool], test_run: TestRun, problem: str, limit: float | str) -> None:
         end = self.clock.now() + read_duration(limit, "a limit")
-        for _ in range(MAX_EVENTS):
+        for _ in range(MAX_EVENTS_OF_WAIT):
             self.check_mocks()
             if done():
                 self.settle()
@@ -357,7 +357,7 @@ class MissionTester:
                 self.clock.advance_to(end)
                 test_run.fail(f"{test_run.run.mission} {problem} within {limit}")
             self.clock.run_next()
-        test_run.fail(f"{test_run.run.mission} {problem}, and more than {MAX_EVENTS} events")
+        test_run.fail(f"{test_run.run.mission} {problem}, and more than {MAX_EVENTS_OF_WAIT} events")
 
     def _hint(self, test_run: TestRun) -> str:
         if test_run.run.status is RunStatus.PAUSED:

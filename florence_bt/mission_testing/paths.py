@@ -30,7 +30,7 @@ from florence_bt.trees.language.declarations import collect_declarations
 from florence_bt.trees.language.loader import MissionLibrary
 from florence_bt.trees.language.model import Mission
 
-MAX_SHOWN = 5
+MAX_PATHS_LISTED = 5
 """How many paths an error lists."""
 
 FIRST = " (1)"
@@ -272,7 +272,7 @@ def closest_paths(pattern: str, nodes: Iterable[NodeRef]) -> list[str]:
         return 2.0 * _alike(wanted[-1], node.segments[-1]) + sum(names) / len(names)
 
     ordered = sorted(nodes, key=lambda node: (-likeness(node), node.index))
-    return list(dict.fromkeys(node.short for node in ordered))[:MAX_SHOWN]
+    return list(dict.fromkeys(node.short for node in ordered))[:MAX_PATHS_LISTED]
 
 
 def _alike(name: str, written: frozenset[str]) -> float:
@@ -331,12 +331,12 @@ def unmatched(
         kind = "a mission that is called" if called else "a node of the tree"
         return ConfigError(
             f"{what}{text!r} is not a skill but {kind}",
-            valid=list(dict.fromkeys(params.short for params in inside))[:MAX_SHOWN],
+            valid=list(dict.fromkeys(params.short for params in inside))[:MAX_PATHS_LISTED],
         )
     kind = "skill" if skills_only else "node"
     close = dict.fromkeys([*_named_like(text, mission_map), *closest_paths(text, candidates)])
     message = f"{what}{text!r} matches no {kind} of {mission_map.mission}"
-    return ConfigError(message, valid=list(close)[:MAX_SHOWN])
+    return ConfigError(message, valid=list(close)[:MAX_PATHS_LISTED])
 
 
 def _named_like(text: str, mission_map: MissionMap) -> list[str]:

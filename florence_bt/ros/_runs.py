@@ -24,7 +24,7 @@ from florence_bt.core.skill import BaseRun, Event, FinishedRun, Inputs, Phase, S
 SEARCH_PERIOD_S = 0.05
 """How often to look for a server that is not there yet: discovery reports nothing by itself."""
 
-SETTLE_S = 0.25
+SERVER_SETTLE_S = 0.25
 """How long to wait after a server was found: it may not know the way back to this client yet, and its first
 answer would be lost."""
 
@@ -149,7 +149,7 @@ class RemoteRun(BaseRun):
                 self._channel.send()
                 return
             self._came_late = False
-            pause = SETTLE_S
+            pause = SERVER_SETTLE_S
         self._look = self._steady.call_at(self._steady.now() + pause, self._search)
 
     def _may_send(self) -> bool:

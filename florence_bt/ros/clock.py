@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from florence_bt.ros.shared_clock import SharedClock
 
 NANO = 1_000_000_000
+"""Nanoseconds of a second."""
 
 
 class QueueTimer:

@@ -46,6 +46,7 @@ from florence_bt.core.sensing import (
 from florence_bt.core.transforms import Transform3
 
 NANO = 1_000_000_000
+"""Nanoseconds of a second."""
 NO_COVARIANCE = (0.0,) * 36
 _PLANE = np.ix_([0, 1, 5], [0, 1, 5])
 """Of the 6 x 6 numbers of a covariance, those of x, y and yaw."""

@@ -14,6 +14,7 @@ from pathlib import Path
 from florence_bt.ros.environment import Reach
 
 _FIRST, _OF_A_DOMAIN = 7400, 250
+"""The first port of RTPS, and how many a domain has: PB and DG of the DDS interoperability protocol, 9.6."""
 _SOCKETS, _OPEN_FILES = Path("/proc/net/udp"), Path("/proc/self/fd")
 
 

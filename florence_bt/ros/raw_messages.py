@@ -23,6 +23,7 @@ from tf2_msgs.msg import TFMessage
 
 _AHEAD = 4
 _COVARIANCE = 36
+"""Numbers of a covariance over six axes."""
 
 
 class UnreadableBytes(Exception):

@@ -20,7 +20,7 @@ from rclpy.qos import QoSProfile
 from sensor_msgs.msg import BatteryState
 from std_msgs.msg import String
 
-from florence_bt.core.diagnosis import Diagnosis, Severity
+from florence_bt.core.diagnosis import DIAGNOSIS_PERIOD_S, Diagnosis, Severity
 from florence_bt.core.geometry import Twist2
 from florence_bt.core.heard import Heard, PresentTime
 from florence_bt.core.topic_names import (
@@ -50,7 +50,6 @@ from florence_bt.ros.qos import LATCHED, LATCHED_BY_MANY, NO_EVENTS, RELIABLE, S
 
 T = TypeVar("T")
 
-DIAGNOSIS_PERIOD_S = 1.0
 LATENESS_PERIOD_S = 2.0
 """Seconds between two words of a process that is late: it is late with its word each second, too."""
 SERVERS_PERIOD_S = 5.0

@@ -24,7 +24,7 @@ from florence_bt.core.server_comparison import (
 if TYPE_CHECKING:
     from florence_bt.ros.node import FlorenceNode
 
-KEEP_S = 0.5
+GRAPH_HOLDS_S = 0.5
 """How long what was seen counts: many skills ask in one moment. Steady time."""
 ASK_AGAIN_S = 2.0
 """How often a managed node is asked for its state, whether it has answered or not. Steady time."""
@@ -59,7 +59,7 @@ class ServerGraph:
     def offers(self) -> Offers:
         """Return what other nodes offer now."""
         now = self._node.steady.now()
-        if now - self._seen >= KEEP_S:
+        if now - self._seen >= GRAPH_HOLDS_S:
             self._seen = now
             names, nodes = self._names()
             managed = self._managed(names[SERVICE])

@@ -36,10 +36,10 @@ IDLE_S = 5.0
 """How often to look whether anybody has asked for the time since, or waits for a moment; steady time."""
 FIRST_S = 0.5
 """How long to wait at most for the first message when it is needed again: the simulation may be standing."""
-MOST_WAIT_S = 0.1
+DEVICE_WAIT_S = 0.1
 """How long a thread that reads a device waits at most for the next message; steady time."""
 _PAUSE_S = 0.0005
-SILENT_S = 0.5
+JUMP_S = 0.5
 """A longer step than :data:`MOST_STEP_S`, or one back, counts when for so long (steady time) messages have
 gone on from there, and none from before. Chosen: at the lowest ``--speed``, 0.05, one comes every 0.2 s."""
 
@@ -120,12 +120,12 @@ class SharedClock:
         self.follows = True  # the simulation stands: what it says next is measured from here
 
     def wait_for_message(self) -> None:
-        """Wait for the next message, but no longer than MOST_WAIT_S: the simulation may be standing.
+        """Wait for the next message, but no longer than DEVICE_WAIT_S: the simulation may be standing.
 
         For the threads that read devices: while the loop's own thread waits, no message comes.
         """
         with self._message_came:
-            self._message_came.wait(MOST_WAIT_S)
+            self._message_came.wait(DEVICE_WAIT_S)
 
     def _rest(self) -> None:
         """Unsubscribe, unless a timer runs or the time was read lately."""
@@ -167,7 +167,7 @@ class SharedClock:
         now = Time(seconds=seconds, nanoseconds=nanoseconds, clock_type=ClockType.ROS_TIME)
         if not self._is_believed(now):
             self._refuse(
-                f"the time jumps to {seconds} s (would have worked: to be the only one for {SILENT_S:g} s)"
+                f"the time jumps to {seconds} s (would have worked: to be the only one for {JUMP_S:g} s)"
             )
             return
         self._suspect = None
@@ -187,7 +187,7 @@ class SharedClock:
         before, self._suspect = self._suspect, now
         if before is None or not _goes_on(before, now):
             self._suspected_since = time.monotonic()
-        return time.monotonic() - self._suspected_since >= SILENT_S
+        return time.monotonic() - self._suspected_since >= JUMP_S
 
     def _refuse(self, problem: str) -> None:
         node = self._nodes[0]

@@ -34,7 +34,7 @@ from florence_bt.ros.validation import BadMessage
 TF_TOPIC, TF_STATIC_TOPIC = "/tf", "/tf_static"
 
 
-AHEAD_S = 1.5
+TF_AHEAD_S = 1.5
 """How far ahead of now another program's transform may be stamped: one that is stamped later stays the newest
 for as long. Chosen: Nav2's AMCL stamps ``map -> odom`` 1 s ahead (its default ``transform_tolerance``)."""
 ECHOES = 64
@@ -121,10 +121,10 @@ class TransformListener:
         for parent, child, stamp, pose in map(planar_transform_from_ros, message.transforms):
             own = self.buffer.is_own(child)
             # Of our own frames nothing is kept here, and to ask for the time keeps an idle process awake.
-            ahead = 0.0 if own else stamp - (self._node.ros_timebase.ros_now_near(stamp, AHEAD_S) or stamp)
-            if ahead > AHEAD_S:
+            ahead = 0.0 if own else stamp - (self._node.ros_timebase.ros_now_near(stamp, TF_AHEAD_S) or stamp)
+            if ahead > TF_AHEAD_S:
                 problem = str(
-                    BadMessage(f"{child!r} is {ahead:.1f} s ahead of now", f"{AHEAD_S:g} s and less")
+                    BadMessage(f"{child!r} is {ahead:.1f} s ahead of now", f"{TF_AHEAD_S:g} s and less")
                 )
                 self._node.health.count_refused(TF_TOPIC, problem)
                 continue

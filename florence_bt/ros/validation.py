@@ -19,6 +19,7 @@ from florence_bt.core.sensing import MAX_MAP_CELLS, MAX_RESOLUTION_M, MIN_RESOLU
 from florence_bt.core.zones import MAX_CORNERS, MAX_ZONES
 
 NANO = 1_000_000_000
+"""Nanoseconds of a second."""
 MAX_SPEED_MPS, MAX_TURN_RATE = 100.0, 100.0
 """m/s and rad/s; the limits of the base itself are far below."""
 MAX_ACCELERATION = 1_000.0

@@ -524,7 +524,7 @@ long scenarios stand before it, also the name of the one that says it."""
     sweep([(*mutant, "")[:5] for mutant in MUTANTS], every=4),
 )
 def test_a_mistake_is_noticed_and_named(tmp_path, monkeypatch, mission, text, broken, says, scenario):
-    monkeypatch.setattr(mission_tester, "MAX_EVENTS", 5_000)
+    monkeypatch.setattr(mission_tester, "MAX_EVENTS_OF_WAIT", 5_000)
     source = (BUILT_IN / f"{mission}.yaml").read_text()
     assert text in source
     (tmp_path / f"{mission}.yaml").write_text(source.replace(text, broken, 1))

@@ -772,7 +772,7 @@ def test_a_laser_that_falls_silent_stops_the_robot_and_a_short_gap_only_pauses_i
 
 def test_a_drive_goes_on_whatever_the_clock_does(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
     """An hour ahead for 0.4 s and back, two hours ahead, an hour back, a second back: it takes no longer."""
-    monkeypatch.setattr(shared_clock, "SILENT_S", 0.0)  # nobody else tells the time
+    monkeypatch.setattr(shared_clock, "JUMP_S", 0.0)  # nobody else tells the time
     scene.add_navigation()
     world, goal = scene.robot.world, Pose2(3.4, 2.4)
     begun, jumps = world.now, (3600.0, -3600.0, 7200.0, -3600.0, -1.0)

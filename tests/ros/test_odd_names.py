@@ -79,7 +79,7 @@ def test_names_and_types_are_judged_at_the_door() -> None:
 def test_a_recorder_records_the_others_and_keeps_its_bounds(
     ros: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(recording, "LOOK_S", 0.05)
+    monkeypatch.setattr(recording, "TOPICS_LOOK_S", 0.05)
     looks: list[RecordingFiles] = []
     look = RecordingFiles.look
 

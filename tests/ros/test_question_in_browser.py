@@ -19,7 +19,7 @@ if CHROMIUM is None:
 
 from florence_interfaces.msg import Question, RunState  # noqa: E402
 from florence_interfaces.srv import AnswerQuestion  # noqa: E402
-from florence_page.question import FRESH, FRESH_S  # noqa: E402
+from florence_page.question import FRESH, NEW_CARD_S  # noqa: E402
 
 from florence_bt.ros.node import FlorenceNode  # noqa: E402
 from florence_bt.ros.qos import LATCHED  # noqa: E402
@@ -121,7 +121,7 @@ def test_a_tap_that_was_meant_for_the_card_before_answers_nothing(ros: Any, page
     ros.spin_until(lambda: card(page, "Tea or coffee?").count(), what="the next card")
     hit = page.evaluate("() => window.hit")
     assert hit["card"] and hit["button"] == "", "the card itself takes the tap, and none of its buttons"
-    assert set(hit["lasts"]) == {1000.0 * FRESH_S}
+    assert set(hit["lasts"]) == {1000.0 * NEW_CARD_S}
     card(page, "Tea or coffee?").get_by_role("button", name="tea").click()
     ros.spin_until(lambda: server.given, what="the answer")
     assert server.given == [("two", "tea")]

@@ -34,7 +34,7 @@ pytestmark = pytest.mark.ros
 @pytest.fixture(autouse=True)
 def looks_often(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let new topics be found at once: each test waits for several."""
-    monkeypatch.setattr(recording, "LOOK_S", 0.05)
+    monkeypatch.setattr(recording, "TOPICS_LOOK_S", 0.05)
 
 
 def read(folder: Path) -> list[tuple[str, int, Any]]:

@@ -99,7 +99,7 @@ class Reader(threading.Thread):
 
 
 def test_what_overtook_the_time_of_its_moment_waits_for_it(ros: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(shared_clock, "MOST_WAIT_S", 600.0)
+    monkeypatch.setattr(shared_clock, "DEVICE_WAIT_S", 600.0)
     teller = Teller(ros)
     node = ros.add(FlorenceNode("driver", parameters=SIMULATED))
     teller.tell(10.0, node)
@@ -117,7 +117,7 @@ def test_what_overtook_the_time_of_its_moment_waits_for_it(ros: Any, monkeypatch
 
 
 def test_a_standing_simulation_holds_no_reader_up(ros: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(shared_clock, "MOST_WAIT_S", 0.01)
+    monkeypatch.setattr(shared_clock, "DEVICE_WAIT_S", 0.01)
     teller = Teller(ros)
     node = ros.add(FlorenceNode("driver", parameters=SIMULATED))
     teller.tell(10.0, node)
@@ -127,7 +127,7 @@ def test_a_standing_simulation_holds_no_reader_up(ros: Any, monkeypatch: pytest.
 
 
 def test_on_the_wall_clock_no_reader_waits(ros: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(shared_clock, "MOST_WAIT_S", 600.0)
+    monkeypatch.setattr(shared_clock, "DEVICE_WAIT_S", 600.0)
     reader = Reader(ros.add(FlorenceNode("driver")))
     reader.join(60.0)
     assert reader.arrived is not None

@@ -45,8 +45,8 @@ def test_what_a_mission_cannot_do_is_told(tmp_path):
 
 
 def test_a_mission_that_does_not_end_is_stopped_after_half_an_hour_of_its_own_time(tmp_path, monkeypatch):
-    assert trial_module.LIMIT_S == 30 * 60
-    monkeypatch.setattr(trial_module, "LIMIT_S", 2.0)
+    assert trial_module.TRIAL_LIMIT_S == 30 * 60
+    monkeypatch.setattr(trial_module, "TRIAL_LIMIT_S", 2.0)
     request = TrialRequest(name="wait", text=WAITS, person="absent")
     end = Trial(request, tmp_path).run(lambda parts: None)
     assert end["status"] == "STOPPED" and 2.0 <= end["seconds"] < 4.0

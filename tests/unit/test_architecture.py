@@ -22,7 +22,9 @@ def methods(classes: set[str]) -> set[str]:
         if not classes.isdisjoint(re.findall(r"^class (\w+)", text, re.M)):
             for node in ast.parse(text).body:
                 if isinstance(node, ast.ClassDef):
-                    parts = (part for part in node.body if isinstance(part, ast.FunctionDef | ast.AsyncFunctionDef))
+                    parts = (
+                        part for part in node.body if isinstance(part, ast.FunctionDef | ast.AsyncFunctionDef)
+                    )
                     found |= {f"{node.name}.{part.name}" for part in parts}
     return found
 

@@ -46,7 +46,7 @@ EVERYBODY = (
 """Every process of a bring-up needs these."""
 MESSAGE_BYTES = 65536
 """No message is longer."""
-ANSWER_BUDGET_S = 2.0
+FORK_BUDGET_S = 2.0
 """Wall seconds that a fork may take: another server takes the place of one that needs longer."""
 TITLE_SPACE = 64
 """Bytes of its command line that the server leaves to those of its forks, beside what both have."""
@@ -154,7 +154,7 @@ class ForkServer(Closing):
         }
         descriptors = [output, *keep_open.values(), *hold]
         with _subreaper():
-            self._socket.settimeout(ANSWER_BUDGET_S)
+            self._socket.settimeout(FORK_BUDGET_S)
             answer = self._ask(order, descriptors)
             if answer is None:
                 # The new one loads nothing beforehand: whoever watches the other processes cannot wait.

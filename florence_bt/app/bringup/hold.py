@@ -103,7 +103,7 @@ def _reader(options: BringUp) -> Callable[[str, Any], Any]:
 
 HARD_STOP, STOP_ALL = "velocity_filter/hard_stop", "velocity_filter/stop_all"
 """Hold what programs command, and what a person commands by hand, too."""
-ANSWER_BUDGET_S = 0.2
+FILTER_BUDGET_S = 0.2
 """Wall seconds to wait for the velocity filter, which answers within 20 ms; then the base's port is used."""
 
 
@@ -126,7 +126,7 @@ class RobotHold:
         self.held = False
 
     def hold(self, *, driver_answers: bool, hand: bool = False) -> str:
-        """Stop the base; takes :data:`ANSWER_BUDGET_S` at most.
+        """Stop the base; takes :data:`FILTER_BUDGET_S` at most.
 
         Args:
             driver_answers: Whether the process of the base's driver is known to answer.
@@ -140,7 +140,7 @@ class RobotHold:
         answer = service.call_async(SetBool.Request(data=True))
         self.held = True
         there = driver_answers and service.service_is_ready()
-        if there and self._client.spin_until(answer.done, ANSWER_BUDGET_S):
+        if there and self._client.spin_until(answer.done, FILTER_BUDGET_S):
             return ""
         return self.stop_by_port()
 

@@ -19,11 +19,11 @@ from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.open_goals import OpenGoals
 from florence_bt.ros.qos import RELIABLE, SENSOR
 
-LIMIT_S = 15.0
+MAKE_SAFE_LIMIT_S = 15.0
 """How long to wait for the answers and for the base to stand, in steady time."""
-SEARCH_S = 3.0
+SERVERS_SEARCH_S = 3.0
 """How long to look for servers; one that comes into sight later has restarted, without goals."""
-PERIOD_S = 0.1
+ZERO_PERIOD_S = 0.1
 """How often to look for servers, and to command zero."""
 STANDING_SPEED = 0.01
 """Below this the base stands: m/s, and rad/s."""
@@ -40,7 +40,7 @@ class BaseSafety:
         limit_s: How long :meth:`make_safe` takes at most, in steady time.
     """
 
-    def __init__(self, node: FlorenceNode, goals: OpenGoals, limit_s: float = LIMIT_S) -> None:
+    def __init__(self, node: FlorenceNode, goals: OpenGoals, limit_s: float = MAKE_SAFE_LIMIT_S) -> None:
         self._node = node
         self._limit_s = limit_s
         self._goals = goals
@@ -67,7 +67,7 @@ class StandStill(BaseRun):
         self._received = False
         self._limit_s = limit_s
         now = node.steady.now()
-        self._search_until, self._end = now + min(SEARCH_S, limit_s), now + limit_s
+        self._search_until, self._end = now + min(SERVERS_SEARCH_S, limit_s), now + limit_s
         # Only the speed counts; the supervisor's clock is not that of a simulated robot.
         self._odometry = node.create_subscription(
             Odometry, ODOMETRY, self._on_odometry, SENSOR, judge_stamps=False
@@ -95,7 +95,7 @@ class StandStill(BaseRun):
         if now >= self._end:
             self._finish(failure("timed_out", self._what_is_not_known()))
         else:
-            self._node.steady.call_at(now + PERIOD_S, self._step)
+            self._node.steady.call_at(now + ZERO_PERIOD_S, self._step)
 
     def _answered(self, action: str) -> None:
         if action in self._unanswered:

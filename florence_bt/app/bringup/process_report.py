@@ -13,7 +13,7 @@ from florence_bt.core.topic_names import SUPERVISOR
 from florence_bt.ros.diagnostics import diagnostics_publisher, diagnostics_to_ros
 from florence_bt.ros.node import FlorenceNode
 
-PERIOD_S = 1.0
+PROCESS_REPORT_S = 1.0
 """Seconds between two diagnoses."""
 
 
@@ -49,7 +49,7 @@ class ProcessReport:
         now = time.monotonic()
         if now < self._due:
             return
-        self._due = now + PERIOD_S
+        self._due = now + PROCESS_REPORT_S
         silences = self._supervisor.silences()
         found = {
             f"process {name}": self._diagnosis(name, pid, silences.get(name, 0.0))

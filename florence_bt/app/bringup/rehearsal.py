@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from typing import Any
 
 TOO_SLOW_ADVICE = "florence up --sim waits for a slow machine"
-WINDOW_S = 5.0
+PACE_WINDOW_S = 5.0
 """The pace is taken over so many wall seconds: shorter delays are made up for."""
 SLOWEST = 0.8
 """Simulated seconds a wall second below which scans come too late."""
@@ -40,7 +40,7 @@ class RehearsalPace:
             self._since = (time, wall)
         since_time, since_wall = self._since
         passed = wall - since_wall
-        if passed < WINDOW_S:
+        if passed < PACE_WINDOW_S:
             return ""
         self._since = (time, wall)
         pace = (time - since_time) / passed

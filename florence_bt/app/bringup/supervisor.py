@@ -16,7 +16,7 @@ from florence_bt.app.bringup.heartbeat import FD_VARIABLE, KILLED_AFTER_S, STACK
 from florence_bt.app.bringup.signals import held_back
 from florence_bt.core.errors import ConfigError, FlorenceError
 
-STOP_BUDGET_S = 8.0
+END_BUDGET_S = 8.0
 """Wall seconds that a process gets to end by itself after it was asked to, as long as it beats."""
 END_LOOK_S = 0.02
 """Wall seconds between two looks whether a process has ended."""
@@ -139,7 +139,7 @@ class Supervisor:
         log_folder: Path,
         start_process: Start,
         *,
-        stop_budget_s: float = STOP_BUDGET_S,
+        stop_budget_s: float = END_BUDGET_S,
         ended_together: Collection[str] = (),
         keep_open: Sequence[int] = (),
         after_death: Callable[[str], str] = lambda name: "",

@@ -20,7 +20,7 @@ if TYPE_CHECKING:  # the process that draws has no use for the runtime
 PICTURE = "flat.png"
 FINISH_BUDGET_S = 4.0
 """Wall seconds that pictures get to be finished when the system goes down."""
-MOST_WAITING = 20
+MOST_PICTURES_WAITING = 20
 """How many pictures may wait to be drawn; of more runs than that in a short time the earliest get none."""
 
 
@@ -34,7 +34,7 @@ class BackgroundPictures:
 
     def __init__(self, map_file: Path, hotspots_file: Path) -> None:
         self._files = (str(map_file), str(hotspots_file))
-        self._todo: deque[list[str]] = deque(maxlen=MOST_WAITING)
+        self._todo: deque[list[str]] = deque(maxlen=MOST_PICTURES_WAITING)
         self._changed = threading.Condition()
         self._closed = False
         self._drawing: subprocess.Popen[bytes] | None = None

@@ -25,7 +25,7 @@ LONGEST_S = 3600.0
 SIMULATED_PATIENCE_S = 30.0
 """Simulated seconds that a sensor may be silent. A message that is lost comes again after three seconds of
 this machine's time, in which a simulation may run far ahead."""
-LOOK_PERIOD_S = 0.5
+CLAIM_LOOK_S = 0.5
 """Wall seconds between two questions whether a mission or a person wants the base."""
 
 
@@ -128,7 +128,7 @@ class _Claims:
         now = time.monotonic()
         if self._asked is not None and self._asked.done():
             self._judge(self._asked.result())
-            self._asked, self._next = None, now + LOOK_PERIOD_S
+            self._asked, self._next = None, now + CLAIM_LOOK_S
         elif now >= self._next:
             # Also again after a while, should an answer be lost.
             self._asked, self._next = self._client.ask_status(), now + ANSWER_BUDGET_S

@@ -21,7 +21,7 @@ from florence_bt.drivers.kinect.sources import RECORDING, USB, FrameSource, open
 LONGEST_S = 3600.0
 PATIENCE_S = 10.0
 """Without an image for this long the camera counts as silent."""
-WAIT_S = 0.1
+FRAME_WAIT_S = 0.1
 
 
 @dataclass(frozen=True, slots=True)
@@ -199,7 +199,7 @@ class _Loop:
 
     def run(self, seconds: float) -> None:
         while not self._writer.depth_images or self._wall_time() < self.first + seconds:
-            frame = self._camera.read(WAIT_S)
+            frame = self._camera.read(FRAME_WAIT_S)
             now = self._wall_time()
             if frame is not None:
                 self._take(frame, now)

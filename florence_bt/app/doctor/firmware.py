@@ -20,9 +20,10 @@ from florence_bt.drivers.turtlebot.codec.packets import OiMode, decode_packets, 
 from florence_bt.drivers.turtlebot.codec.state import state_from_values
 
 GROUP = "firmware"
-ANSWER_S = 2.0
+DEVICE_ANSWER_S = 2.0
 """Seconds that a device has for its answer."""
 MODE, CHARGING, VOLTAGE, CHARGE, CAPACITY = 35, 21, 22, 25, 26
+"""Numbers of packets. Source: REFERENCE 1.5."""
 ASKED = (MODE, CHARGING, VOLTAGE, CHARGE, CAPACITY)
 """Packets of the base (REFERENCE 1.5)."""
 LASER_BAUD = 115200
@@ -144,7 +145,7 @@ def _drop_what_comes(port: BytePort, now: Callable[[], float]) -> None:
 
 def _read(port: BytePort, now: Callable[[], float], enough: Callable[[bytes], bool]) -> bytes:
     data = b""
-    end = now() + ANSWER_S
+    end = now() + DEVICE_ANSWER_S
     while not enough(data) and (left := end - now()) > 0.0:
         data += port.read(min(left, 0.2))
     return data

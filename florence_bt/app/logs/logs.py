@@ -16,9 +16,9 @@ from florence_bt.app.bringup.topology import node_classes
 from florence_bt.app.logs.entries import LEVELS, LogEntry, at_least, entries_in
 from florence_bt.core.errors import ConfigError, closest_first
 
-LOOK_S = 0.25
+NEW_LINES_S = 0.25
 """Seconds between two looks for new lines, when they are followed."""
-SETTLE_S = 0.5
+LINES_SETTLE_S = 0.5
 """So long is a line held back when lines are followed: older ones may come from other processes."""
 SUFFIX = ".log"
 _STYLES = {"debug": "dim", "warn": "yellow", "error": "red", "fatal": "bold red"}
@@ -166,8 +166,8 @@ def show_logs(reader: LogReader, printer: LogPrinter, *, follow: bool, last: int
     printer.show(there[len(there) - min(last, len(there)) :] if last is not None else there)
     held: list[LogEntry] = []
     while follow:
-        time.sleep(LOOK_S)
+        time.sleep(NEW_LINES_S)
         held = sorted([*held, *reader.new()], key=lambda entry: entry.when)
-        settled = time.time() - SETTLE_S
+        settled = time.time() - LINES_SETTLE_S
         printer.show([entry for entry in held if entry.when <= settled])
         held = [entry for entry in held if entry.when > settled]

@@ -22,7 +22,7 @@ from florence_bt.skills.navigation.mapping.slam import Slam
 
 FARTHEST_MEDIAN_M = 60.0
 """No laser of a robot sees so far at most times: the ranges are not in metres."""
-FASTEST_MPS = 10.0
+IMPOSSIBLE_MPS = 10.0
 """No robot drives so fast: the odometry is not in metres."""
 MOST_TURN_RAD = 4.0
 """From one scan to the next, while it drives on: the headings are not in radians."""
@@ -162,7 +162,7 @@ class _Plausibility:
             )
         metres = last.odom.distance_to(recorded.odom)
         turn = abs(recorded.odom.yaw - last.odom.yaw)
-        self._fast = self._fast + 1 if metres > FASTEST_MPS * max(seconds, 0.05) else 0
+        self._fast = self._fast + 1 if metres > IMPOSSIBLE_MPS * max(seconds, 0.05) else 0
         # A turn by nearly 2 pi is one over the edge of the circle.
         odd = turn > MOST_TURN_RAD and abs(turn - math.tau) > 1.0
         self._turned += odd

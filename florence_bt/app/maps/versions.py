@@ -18,7 +18,7 @@ from florence_bt.core.text_files import read_bytes
 from florence_bt.skills.navigation.map_server.image import MAX_IMAGE_BYTES
 from florence_bt.skills.navigation.map_server.map_writer import replace_map
 
-MOST_VERSIONS = 20
+MOST_MAP_VERSIONS = 20
 """Of each map; then the oldest one goes."""
 _LIST = "version.json"
 
@@ -64,7 +64,7 @@ class Versions:
                 }
             )
         kept[version / _LIST] = json.dumps({"what": what, "files": entries}, indent=1).encode()
-        old = [file for number in numbers[: 1 - MOST_VERSIONS] for file in self._files_of(number)]
+        old = [file for number in numbers[: 1 - MOST_MAP_VERSIONS] for file in self._files_of(number)]
         try:
             everything = {**kept, **(beside or {}), **contents}
             replace_map(self._file, everything, remove=old, no_links=[self._folder])

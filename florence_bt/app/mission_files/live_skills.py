@@ -16,7 +16,7 @@ from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.ros.served_skill import ServedSkill, server_text
 from florence_bt.trees.language.loader import MissionLibrary
 
-DISCOVERY_S = 3.0
+NODES_SEARCH_S = 3.0
 """So long other nodes are looked for, when any may be there."""
 _EVERYWHERE = re.compile(
     r" /(rosout|parameter_events|clock) |/_action/| (rcl|type_description)_interfaces/| /florence_"
@@ -48,7 +48,7 @@ def offered() -> list[Offer]:
     """Return what the running system has for skills."""
     with MissionClient("florence_skills") as client:
         node = client.node
-        client.spin_until(lambda: False, DISCOVERY_S)
+        client.spin_until(lambda: False, NODES_SEARCH_S)
         found = [Offer("action", name, types[0]) for name, types in node.get_action_names_and_types()]
         found += [Offer("service", name, types[0]) for name, types in node.get_service_names_and_types()]
         for name, types in node.get_topic_names_and_types():

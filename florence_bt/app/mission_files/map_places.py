@@ -7,7 +7,7 @@ from pathlib import Path
 
 from florence_bt.skills.navigation.map_server.map_file import load_map
 
-ROBOT_RADIUS_M = 0.16
+HALF_WIDTH_M = 0.16
 """Nearer than this the footprint touches whatever its heading (document, section 3.3.2: its half width)."""
 
 
@@ -29,7 +29,7 @@ def problem_on_map(
     grid, name = load_map(map_file, warn), f"the map {map_file.name}"
 
     def problem_at(x: float, y: float) -> str | None:
-        problem = grid.problem_with_standing(x, y, ROBOT_RADIUS_M)
+        problem = grid.problem_with_standing(x, y, HALF_WIDTH_M)
         return problem and problem.replace("the map", name, 1)
 
     return problem_at

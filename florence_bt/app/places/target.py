@@ -97,7 +97,7 @@ class PlacesTarget:
         """Hold new places against the map of the running system, if it has one; return what is to be told."""
         if not (spots or zones) or self._client is None or not self._client.node.count_publishers(_MAP):
             return []
-        from florence_bt.app.mission_files.map_places import ROBOT_RADIUS_M
+        from florence_bt.app.mission_files.map_places import HALF_WIDTH_M
 
         told = []
         try:
@@ -118,7 +118,7 @@ class PlacesTarget:
                 wrong.append(ConfigError(f"no part of the zone {zone.label} is on the map", valid=valid))
         raise_all(wrong)
         for spot in spots:
-            problem = grid.problem_with_standing(spot.pose.x, spot.pose.y, ROBOT_RADIUS_M)
+            problem = grid.problem_with_standing(spot.pose.x, spot.pose.y, HALF_WIDTH_M)
             if problem is not None:
                 told.append(f"{spot.label} is {problem}: drives there may fail")
         return told

@@ -26,6 +26,7 @@ FLUSH_S = 2.0
 """What a power cut may cost."""
 _MB = 1e6
 DAY_S = 86_400.0
+"""Seconds of a day."""
 CLOCK_WAS_SET_S = 1_577_836_800.0
 """2020-01-01: a file of before then has no known age. The clock of its robot had not been set."""
 

@@ -25,8 +25,8 @@ from florence_bt.core.errors import ConfigError
 PROTOCOLS = ("foxglove.sdk.v1", "foxglove.websocket.v1")
 DESKTOP = "file://"
 """The origin of Foxglove's desktop application, whose page is a file."""
-MOST_VIEWERS = 10
-MOST_MESSAGES = 1_000
+MOST_FOXGLOVES = 10
+MOST_OF_FOXGLOVE = 1_000
 """What a viewer may say in a second: a layout that is loaded asks for each topic by itself."""
 MOST_SUBSCRIPTIONS = 1_000
 MOST_WAITING, MOST_WAITING_BYTES = 1_024, 32_000_000
@@ -37,6 +37,7 @@ _MESSAGE = struct.Struct("<BIQ")
 """Head of a message: opcode 1, subscription, time in nanoseconds."""
 _ORIGIN = re.compile(r"[a-z][a-z0-9+.-]*://[a-z0-9.:\[\]_-]*", re.IGNORECASE)
 _WARNING, _ERROR = 1, 2
+"""Levels of a status in the protocol of Foxglove's WebSocket."""
 
 Send = Callable[[Mapping[str, Any]], Awaitable[None]]
 
@@ -83,7 +84,7 @@ class FoxglovePort:
 
         hint = f"; the parameter foxglove_origins of the recorder lets them in, besides {DESKTOP}"
         guard = Guard(
-            self._serve, NoTokens(), origins=check_origins(origins), hint=hint, most_messages=MOST_MESSAGES
+            self._serve, NoTokens(), origins=check_origins(origins), hint=hint, most_messages=MOST_OF_FOXGLOVE
         )
         self._look = look
         self._channels: dict[int, dict[str, Any]] = {}
@@ -160,8 +161,8 @@ class FoxglovePort:
         if protocol is None:
             await _refuse(send, "websocket.http.response", 400, f"this speaks {' and '.join(PROTOCOLS)}")
             return
-        if len(self._viewers) >= MOST_VIEWERS:
-            await _refuse(send, "websocket.http.response", 503, f"{MOST_VIEWERS} viewers are here already")
+        if len(self._viewers) >= MOST_FOXGLOVES:
+            await _refuse(send, "websocket.http.response", 503, f"{MOST_FOXGLOVES} viewers are here already")
             return
         await receive()
         await send({"type": "websocket.accept", "subprotocol": protocol})

@@ -24,14 +24,14 @@ from florence_bt.core.topic_names import CLOCK
 from florence_bt.ros.arguments import namespace
 from florence_bt.ros.node import FlorenceNode
 
-LOOK_S = 1.0
+TOPICS_LOOK_S = 1.0
 """How often topics are looked for: what a topic says before it is found is not recorded, unless latched."""
 LOOKS_AT_KNOWN, LOOKS_AT_OFFERS = 5, 50
 """Every so many looks the publishers of known topics are counted, and all their offers looked at: for each
 topic the one takes a tenth of a millisecond, the other a whole one."""
 TAKE_S = 0.1
 """How often what came is written: Foxglove shows it so much later."""
-DEPTH = 500
+QUEUE_DEPTH = 500
 """Messages of a topic that may wait to be taken."""
 INTAKE = "_recorder_intake"
 """The node that hears the topics."""
@@ -143,8 +143,8 @@ class RecorderNode(FlorenceNode):
         self.on_close(self._take)
         self._names: dict[int, str] = {}
         self._shown = self._serve_foxglove(params.foxglove_port) if params.foxglove_port else None
-        call_every(self.steady, LOOK_S, self._look)
-        call_every(self.steady, LOOK_S, self._keep_bounds)
+        call_every(self.steady, TOPICS_LOOK_S, self._look)
+        call_every(self.steady, TOPICS_LOOK_S, self._keep_bounds)
         call_every(self.steady, TAKE_S, self._take)
         self.steady.call_at(self.steady.now() + params.clock_wait, self._write_held)
         self._look()
@@ -334,7 +334,7 @@ def _qos_of(offers: Sequence[QoSProfile]) -> QoSProfile:
     latched = all(each.durability == DurabilityPolicy.TRANSIENT_LOCAL for each in offers)
     return QoSProfile(
         history=HistoryPolicy.KEEP_LAST,
-        depth=DEPTH,
+        depth=QUEUE_DEPTH,
         reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT,
         durability=DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE,
     )

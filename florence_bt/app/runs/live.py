@@ -30,7 +30,7 @@ FRAME_S = 0.1
 """Seconds between two pictures."""
 SIZE_S = 0.3
 """Seconds between two looks whether the terminal has another size."""
-END_S = 2.0
+LAST_PICTURE_S = 2.0
 """Seconds that a terminal gets to take the last picture; one that was stopped with Ctrl-S takes none."""
 
 
@@ -92,7 +92,7 @@ class LiveDisplay:
         self._closing = True
         os.write(self._waker, b"\0")
         if self._thread is not None:
-            self._thread.join(END_S)
+            self._thread.join(LAST_PICTURE_S)
             if self._thread.is_alive():
                 self._keyboard.release()
                 return

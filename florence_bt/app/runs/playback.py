@@ -16,7 +16,7 @@ from florence_bt.runtime.journal.text import ReachedNode, reached_nodes, with_on
 
 MOST_EVENTS = 20_000
 """Events of one run that can be looked at, its first ones: chosen for the memory of a small computer."""
-MOST_POINTS = 2_000
+MOST_WAY_POINTS = 2_000
 """Points of its way that are shown."""
 LARGEST_RESULT = 20_000_000
 """Bytes of a ``result.json`` that is read: those of the longest path take 2 MB."""
@@ -67,7 +67,7 @@ class Playback:
         # A process that died has taken its part of the way along: the rest is on the clock of the last one.
         behind = self._events[-1].time - events[-1].time if events else 0.0
         way = list(_points(result.get("path", ())))
-        way = way[:: -(-len(way) // MOST_POINTS) or 1]
+        way = way[:: -(-len(way) // MOST_WAY_POINTS) or 1]
         self.path = [pose for _, pose in way]
         self._steps = list(_steps([each.time for each in self._events], [time + behind for time, _ in way]))
         person = result.get("person")

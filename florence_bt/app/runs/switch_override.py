@@ -25,7 +25,7 @@ SIGHT_S = 5.0
 """Wall seconds in which the base's driver must be discovered, and in which it must answer."""
 BUSY_S = 25.0
 """Wall seconds more for each of the two while a bring-up is seen on this machine, which may be busy."""
-REPEAT_S = 0.25
+PUBLISH_AGAIN_S = 0.25
 """How often to publish again while there is no confirmation."""
 STAND_S = 2.0
 """Wall seconds in which the wheels must stand after the driver has stopped them; they do after 0.15 s."""
@@ -115,7 +115,7 @@ class _Switch:
         def stopped() -> bool:
             nonlocal published, published_at
             now = time.monotonic()
-            if now >= published_at + REPEAT_S:
+            if now >= published_at + PUBLISH_AGAIN_S:
                 published, published_at = published + 1, now
                 self._by_publisher.publish(String(data=by))
                 self._publisher.publish(Bool(data=True))

@@ -13,7 +13,7 @@ from florence_bt.app.runs.run_trees import run_tree_from_ros
 from florence_bt.app.runs.whereabouts import Whereabouts
 from florence_bt.runtime.viewers.run_tree import RunTree
 
-PERIOD_S = 1.0
+STATUS_PERIOD_S = 1.0
 """Wall seconds between two questions for the status: while the tree stays as it is, times go on."""
 
 
@@ -65,7 +65,7 @@ class RunFeed:
         if answer is not None and answer.found:
             self._take(run_tree_from_ros(answer.run_tree))
         now = time.monotonic()
-        if now - self._asked_at >= PERIOD_S:
+        if now - self._asked_at >= STATUS_PERIOD_S:
             request = MissionStatus.Request(run_id=self._run_id)
             if self._question.ask(MissionStatus, STATUS_SERVICE, request):
                 self._asked_at = now

@@ -48,10 +48,10 @@ from florence_bt.ros.robot_state import (
 if TYPE_CHECKING:
     from rich.console import Console
 
-WAIT_S = 2.5
+REPORTS_WAIT_S = 2.5
 """Wall seconds for what is published once a second. Florence's own nodes have the last message ready; others
 may not."""
-WATCH_PERIOD_S = 0.5
+WHERE_PERIOD_S = 0.5
 USER_SEEN = f"{LOCATOR}/getUserSeen"
 _DRIVING = (GoalStatus.STATUS_ACCEPTED, GoalStatus.STATUS_EXECUTING)
 _ENDS = {"SUCCEEDED": "succeeded", "PREEMPTED": "was stopped", "ABORTED": "failed"}
@@ -101,7 +101,7 @@ class Where:
         client, nodes = self._client, (LOCATOR, MISSION_SERVER)
         there = client.wait_for(lambda: any(map(client.sees, nodes)))
         if there:
-            client.spin_until(lambda: self._told() and all(map(client.sees, nodes)), WAIT_S)
+            client.spin_until(lambda: self._told() and all(map(client.sees, nodes)), REPORTS_WAIT_S)
         return there
 
     def _told(self) -> bool:
@@ -154,7 +154,7 @@ class Where:
     def _certainty(self) -> Fact:
         heard = self._place()
         if heard is None or heard.last is None:
-            return Fact(f"not known: no localiser has told within {WAIT_S:g} s", False)
+            return Fact(f"not known: no localiser has told within {REPORTS_WAIT_S:g} s", False)
         place, text, facts = heard.last, heard.last.message, {}
         if SCAN_FIT in place.values:
             fit, metres, degrees = (
@@ -304,7 +304,7 @@ def show_where(console: Console, *, watch: bool, json_lines: bool) -> None:
             console,
             watch=watch,
             json_lines=json_lines,
-            again=lambda: client.spin_until(lambda: False, WATCH_PERIOD_S),
+            again=lambda: client.spin_until(lambda: False, WHERE_PERIOD_S),
         )
 
 

@@ -24,7 +24,7 @@ ROBOT_ROOM = f"{LOCATOR}/getRobotPosRoom"
 GOAL_ROOM = f"{LOCATOR}/getGoalPosRoom"
 GOAL_POSE = f"{LOCATOR}/getGoalPosXYPhi"
 _OF_THE_GOAL = {GOAL_ROOM: GetRoom, GOAL_POSE: GetXYPhi}
-ASK_PERIOD_S = 1.0
+LOCATOR_PERIOD_S = 1.0
 """Wall seconds between two times at which the locator is asked."""
 FEEDBACK_PERIOD_S = 1.0
 """Seconds between two words of navigation on a drive, at most; Nav2 and Florence's tell more often."""
@@ -115,14 +115,14 @@ class Whereabouts:
         for name, question in self._questions.items():
             answer = question.take()
             if answer is not None:
-                self._answers.setdefault(name, Heard(self._time, ASK_PERIOD_S)).take(answer)
+                self._answers.setdefault(name, Heard(self._time, LOCATOR_PERIOD_S)).take(answer)
         now = self._time.steady()
         if now >= self._ask_at:
             asked = [
                 self._questions[name].ask(service, name, service.Request())
                 for name, service in {ROBOT_ROOM: GetRoom, **of_the_goal}.items()
             ]
-            self._ask_at = now + ASK_PERIOD_S if any(asked) else self._ask_at
+            self._ask_at = now + LOCATOR_PERIOD_S if any(asked) else self._ask_at
 
     def _answer(self, question: str) -> Any:
         """Return the answer of the locator while it is fresh."""

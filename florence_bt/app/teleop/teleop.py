@@ -23,7 +23,7 @@ from florence_bt.app.runs.client import (
 from florence_bt.app.runs.keyboard import Keyboard, in_front
 from florence_bt.app.runs.switch_override import Stopped, StoppedAgain, release_the_robot, stop_the_robot
 from florence_bt.app.runs.whereabouts import Whereabouts
-from florence_bt.app.teleop.hands import Gamepad, GamepadLayout, Hand, Keys, TeleopParameters
+from florence_bt.app.teleop.hands import HAND_PERIOD_S, Gamepad, GamepadLayout, Hand, Keys, TeleopParameters
 from florence_bt.app.teleop.panel import KEYS, Situation, lines_of
 from florence_bt.core.errors import ConfigError, FlorenceError
 from florence_bt.core.geometry import STANDSTILL
@@ -33,8 +33,6 @@ from florence_bt.ros.conversions import twist_to_ros
 from florence_bt.ros.qos import COMMAND, RELIABLE
 from florence_bt.ros.robot_state import BATTERY, HELD, MOTION, OVERRIDE
 
-PERIOD_S = 0.05
-"""Seconds between two commands: a fifth of what the velocity filter waits for one."""
 FRAME_S = 0.1
 """Seconds between two pictures."""
 STOP_RUN_S = 1.0
@@ -185,7 +183,7 @@ class _Teleop:
 
     def _stop_run(self) -> None:
         """Let a run end with our reason, if the mission server is quick; the override ends it otherwise."""
-        self._client.spin_until(lambda: self._client.state.state in ACTIVE_STATES, PERIOD_S)
+        self._client.spin_until(lambda: self._client.state.state in ACTIVE_STATES, HAND_PERIOD_S)
         if self._client.state.state not in ACTIVE_STATES:
             return
         answer = self._client.ask(StopMission, "florence_bt/stop", StopMission.Request(reason=REASON))
@@ -210,7 +208,7 @@ class _Teleop:
         self._must_let_go = self._must_let_go and not wanted.is_zero()
         if self._must_let_go:
             wanted = STANDSTILL
-        if now >= self._command_at + PERIOD_S:
+        if now >= self._command_at + HAND_PERIOD_S:
             self._command_at = now
             self._velocity.publish(twist_to_ros(wanted))
         if now < self._draw_at + FRAME_S:

@@ -42,7 +42,7 @@ BOOT_LIMIT_S = 60.0
 """How long to wait for what is still booting before the runs are aborted, from the start on."""
 BOOT_PERIOD_S = 0.25
 """How often to look for it."""
-MAX_EVENTS = 30_000
+MAX_REPLAYED = 30_000
 """The most events of a run that is replayed: 2 s on two ordinary cores, without an answer to anybody."""
 FRESH_S = 60.0
 """How old the last entry of the journal may be for its runs to be recovered."""
@@ -371,8 +371,8 @@ class Recovery:
             reason = f"it was resumed {times} times already"
         elif past.row.version != self._executor.version_of(run.mission):
             reason = "its mission file was changed since, so it cannot be resumed"
-        elif len(past.events) > MAX_EVENTS:
-            reason = f"its journal has {len(past.events)} events, more than {MAX_EVENTS}; " + _again(past)
+        elif len(past.events) > MAX_REPLAYED:
+            reason = f"its journal has {len(past.events)} events, more than {MAX_REPLAYED}; " + _again(past)
         elif past.row.lost:
             reason = f"its journal lacks {past.row.lost} events, so it cannot be resumed"
         if reason:

@@ -414,6 +414,7 @@ class BootLoader:
 
 
 STREAM_PERIOD_S = 0.015
+"""Source: REFERENCE 1.6."""
 LONGEST_STREAM_BODY = 255
 """What the length byte can say; what finds no room is left out."""
 
@@ -421,6 +422,7 @@ TIME_TOLERANCE_S = 1e-9
 """What added-up floating point times may be off."""
 
 STREAM_HEADER = 19
+"""The first byte of a frame. Source: REFERENCE 1.6."""
 
 
 class FrameStream:
@@ -498,8 +500,10 @@ STRAIGHT = (-0x8000, 0x7FFF, 0)
 """Radii. That 0 is one of them is chosen here: PyRobot and others stop with velocity 0 and radius 0."""
 
 SPIN_CLOCKWISE, SPIN_COUNTER_CLOCKWISE = -1, 1
+"""Radii that turn it on the spot. Source: REFERENCE 1.3."""
 ROBOT_RADIUS_MM = 165.0
 MAX_RADIUS_MM, MAX_PWM = 2000, 255
+"""Source: REFERENCE 1.3."""
 COVER, COVER_AND_DOCK, SPOT = 0, 1, 2
 """Demo numbers; the base stands still in all but the first two."""
 

@@ -12,10 +12,12 @@ from florence_bt.simulation.emulators.create_models import FORMATS, EmulatedMode
 from florence_bt.simulation.sensors.base_noise import ADC_MAX, BasePlant, BaseSensors
 
 MAX_SPEED_MMPS = 500
+"""Source: REFERENCE 1.1."""
 FLOOR_SIGNAL, CLIFF_SIGNAL, WALL_SIGNAL = 1400, 20, 300
 DEVICE_DETECT_HIGH = 0x10
 LIGHT_BUMP_THRESHOLD = 100
 ENCODER_ROUND = 65536
+"""The encoders count in 16 bits."""
 MOTOR_MA_PER_MMPS = 0.6
 
 
@@ -209,6 +211,7 @@ class Body:
 
 
 NO_INFRARED = 255
+"""Packet 17 while nothing is received. Source: REFERENCE 1.5."""
 
 
 @dataclass(slots=True)
@@ -349,6 +352,7 @@ class Battery:
 
 LONGEST_SONG = 16
 TICKS_PER_S = 64.0
+"""Durations of notes are in parts of 1/64 s. Source: REFERENCE 1.3."""
 
 
 class Songs:

@@ -75,6 +75,7 @@ class CommandReader:
 
 
 LONGEST_SCRIPT = 100
+"""Bytes. Source: REFERENCE 1.3, opcode 152."""
 WAIT_TIME, WAIT_DISTANCE, WAIT_ANGLE = range(155, 158)
 WAITS = range(WAIT_TIME, WAIT_ANGLE + 1)
 """Opcodes; the one that waits for an event (158) is passed over."""

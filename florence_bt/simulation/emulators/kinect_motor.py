@@ -18,10 +18,15 @@ import usb.backend
 import usb.core
 
 VENDOR, MOTOR = 0x045E, 0x02B0
+"""The numbers of the device on USB. Source: REFERENCE 5.1."""
 SPEED = 15.0
+"""Degrees a second; proposed in REFERENCE 5.5."""
 LIMIT = 31.0
+"""Degrees up and down. Source: REFERENCE 5.5."""
 COUNTS_PER_G = 819
+"""Of the accelerometer. Source: REFERENCE 5.5."""
 STOPPED, AT_LIMIT, MOVING = 0, 1, 4
+"""States of the motor. Source: REFERENCE 5.5."""
 UNKNOWN_ANGLE = -128
 
 

@@ -14,7 +14,7 @@ from pathlib import Path
 
 from florence_bt.core.errors import DeviceLost
 
-READ_SIZE = 4096
+PTY_READ_SIZE = 4096
 _SPEEDS = {
     getattr(termios, f"B{rate}"): rate
     for rate in (300, 600, 1200, 2400, 4800, 9600, 19200, 38400, 57600, 115200, 230400)
@@ -93,7 +93,7 @@ class PseudoTerminal:
         """
         pieces = []
         with contextlib.suppress(BlockingIOError):
-            while piece := os.read(self.fileno(), READ_SIZE):
+            while piece := os.read(self.fileno(), PTY_READ_SIZE):
                 pieces.append(piece)
         self._look_for_clients()
         return b"".join(pieces)
@@ -141,6 +141,7 @@ def _replace_link(link: Path, target: str) -> None:
 
 
 IN_OPEN, IN_CLOSE = 0x20, 0x08 | 0x10
+"""Events of inotify: opened; closed, after writing or not."""
 _EVENT = struct.Struct("iIII")
 _READ_SIZE = 64 * _EVENT.size
 

@@ -30,12 +30,14 @@ from florence_bt.simulation.emulators.scip_models import (
 
 LONGEST_REQUEST = 64
 TWO_CHARACTER_LIMIT = 4095
+"""Two characters carry 12 bits. Source: REFERENCE 4.4."""
 
 TROUBLE = "50"
 """Hardware trouble, the first status of its range."""
 
 TIMER_WRAP_MS = 1 << 24
 LONGEST_NOTE = 16
+"""Characters that may stand behind a request. Source: REFERENCE 4.3."""
 BY_DEFAULT = "<-Default setting by user"
 """Stands behind a setting of II that was never changed."""
 
@@ -608,6 +610,7 @@ def with_intensities(values: NDArray[np.int32], minimum_mm: int) -> NDArray[np.i
 
 
 DATA_LINE = 64
+"""Characters of a line of data. Source: REFERENCE 4.3."""
 SECOND_ECHO_MM = 500
 
 

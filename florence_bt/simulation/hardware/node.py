@@ -52,7 +52,7 @@ MOST_NAVIGATION_LAG_S = 0.1
 """The same for the localiser, which tells where the robot is for 0.2 s after the odometry that it has."""
 READER_TIMEOUT_S = 5.0
 """Wall seconds without a scan after which the simulated time goes on, should the drivers make none of it."""
-WAIT_S = 0.005
+CATCH_UP_LOOK_S = 0.005
 """Wall seconds between two looks whether the drivers and the localiser have caught up."""
 ODOM_FRAME, BASE_FRAME = "odom", "base_footprint"
 """The frames that the localiser places in the map, and the driver of the base in the odometry frame, many
@@ -188,7 +188,7 @@ class SimulatorNode(FlorenceNode):
         # A driver takes no bytes before it knows that it is as late as they are.
         self._publish_clock(server)
         while not self._stop.is_set():
-            select.select([], [], [], WAIT_S)
+            select.select([], [], [], CATCH_UP_LOOK_S)
             if not self._readers_are_behind(server):
                 return
             server.serve()

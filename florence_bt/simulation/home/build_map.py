@@ -26,7 +26,7 @@ from florence_bt.simulation.home.generate import generate_home, source_text
 from florence_bt.skills.navigation.map_server.map_writer import encode_map
 
 RESOLUTION_M = 0.05
-MARGIN_M = 0.5
+MAP_MARGIN_M = 0.5
 LASER_PLANE_M = 0.13
 """Height of the laser plane above the floor. Source: REFERENCE 2.9."""
 DOCK = "dock"
@@ -35,7 +35,7 @@ DOCK = "dock"
 
 def laser_map(flat: Flat) -> OccupancyGrid:
     """Draw the flat as it was when mapped, cut at the laser plane; the laser does not see glass."""
-    frame = GridFrame.around(flat, RESOLUTION_M, MARGIN_M)
+    frame = GridFrame.around(flat, RESOLUTION_M, MAP_MARGIN_M)
     cut = [
         solid
         for solid in flat.mapped

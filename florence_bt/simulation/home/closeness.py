@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from florence_bt.core.geometry import Pose2
 
 POLITE_DISTANCE_M, DISTANCE_TOLERANCE_M = 0.5, 0.1
+"""As the mission promises: see ``polite``."""
 FACING_TOLERANCE = math.radians(15.0)
 
 

@@ -26,7 +26,7 @@ from florence_bt.simulation.home.flat import Flat, FlatFile, PartEntry, Solid, b
 from florence_bt.simulation.home.free_space import ROBOT_HEIGHT_M, BoolGrid, GridFrame, cells_covered
 from florence_bt.simulation.home.layout import WALL_THICKNESS_M, Area, Layout, door_spots, plan_home
 from florence_bt.simulation.home.map_world import flat_of_map, is_map
-from florence_bt.simulation.home.people import ROBOT_RADIUS_M
+from florence_bt.simulation.home.people import ROBOT_ROOM_M
 
 _RESOLUTION_M = 0.05
 _PLANS, _TRIES, _MOVE_TRIES = 40, 80, 10
@@ -48,7 +48,7 @@ def generate_home(seed: int) -> FlatFile:
 
     Returns:
         What :func:`~florence_bt.simulation.home.flat.build_flat` makes the home from. On its map, and in it
-        while all doors are open, a round robot of ``ROBOT_RADIUS_M`` gets from the start to every hotspot.
+        while all doors are open, a round robot of ``ROBOT_ROOM_M`` gets from the start to every hotspot.
 
     Raises:
         FlorenceError: No plan can be furnished so; another seed helps.
@@ -143,7 +143,7 @@ class _Furnisher:
 
     def reachable(self, clearance: NDArray[np.float64]) -> BoolGrid | None:
         """Return where the robot gets to from the doors and hotspots; None if these are not connected."""
-        labels, _ = scipy.ndimage.label(clearance >= ROBOT_RADIUS_M)
+        labels, _ = scipy.ndimage.label(clearance >= ROBOT_ROOM_M)
         found = {int(labels[self.frame.cell_of(*stop)]) for stop in self._stops}
         return labels == found.pop() if len(found) == 1 and 0 not in found else None
 

@@ -20,7 +20,7 @@ __all__ = ["PersonSpec", "Posture", "approach_spots", "is_approachable", "place_
 _APPROACH_M = 0.5
 """Distance at which the robot stands before a person (document, section 3.10)."""
 
-ROBOT_RADIUS_M = 0.3
+ROBOT_ROOM_M = 0.3
 """Circumscribed radius of the padded footprint (0.2625, REFERENCE 7.4) and room for errors of the map."""
 
 _LEGS_RADIUS_M = 0.15
@@ -135,8 +135,8 @@ def is_approachable(flat: Flat, space: FreeSpace, room: Room, pose: Pose2) -> bo
         return False
     if not space.sees((hotspot.x, hotspot.y), (pose.x, pose.y)):
         return False
-    before = space.reachable((hotspot.x, hotspot.y), ROBOT_RADIUS_M)
-    ways = space.reachable((hotspot.x, hotspot.y), ROBOT_RADIUS_M, (pose.x, pose.y, _LEGS_RADIUS_M))
+    before = space.reachable((hotspot.x, hotspot.y), ROBOT_ROOM_M)
+    ways = space.reachable((hotspot.x, hotspot.y), ROBOT_ROOM_M, (pose.x, pose.y, _LEGS_RADIUS_M))
     if not ways[space.frame.cell_of(flat.start.x, flat.start.y)]:
         return False
     # Behind a closed door nobody is in the way.

@@ -24,7 +24,7 @@ from florence_bt.simulation.home.free_space import (
     cells_covered,
     free_space_of,
 )
-from florence_bt.simulation.home.people import ROBOT_RADIUS_M, place_person
+from florence_bt.simulation.home.people import ROBOT_ROOM_M, place_person
 from florence_bt.simulation.home.person import Aid, Load, PersonSpec, Posture, half_width
 
 _STANDING_M, _LEANING_M, _AID_M = 0.27, (0.42, 0.6), 0.42
@@ -277,14 +277,14 @@ def _ways_to_rooms(flat: Flat, space: FreeSpace, rng: Random, length: float) -> 
         Where the walk begins, alone, and then the further points of the way to each next room.
     """
     legs = [[_free_place(flat, space, rng, _TURN_M)]]
-    reached = space.reachable(legs[0][0], ROBOT_RADIUS_M)
+    reached = space.reachable(legs[0][0], ROBOT_ROOM_M)
     while _length(route := list(itertools.chain(*legs))) < length:
         leg: list[Point] = []
         for _ in range(_LEG_TRIES):
             goal = _free_place(flat, space, rng, _TURN_M, among=reached)
             if flat.room_at(*goal) == flat.room_at(*route[-1]):
                 continue
-            way = space.shortest_way(route[-1], goal, ROBOT_RADIUS_M)
+            way = space.shortest_way(route[-1], goal, ROBOT_ROOM_M)
             if way is None or _length(way) < _SHORTEST_WALK_M:
                 continue
             leg = way[1:]
@@ -310,7 +310,7 @@ def _start_behind(space: FreeSpace, leg: Sequence[Point]) -> Pose2 | None:
     for turn in sorted(np.linspace(-math.pi / 2, math.pi / 2, 13).tolist(), key=abs):
         towards = back + turn
         spot = (x + _LED_FROM_M * math.cos(towards), y + _LED_FROM_M * math.sin(towards))
-        if space.fits(spot, (x, y), ROBOT_RADIUS_M):
+        if space.fits(spot, (x, y), ROBOT_ROOM_M):
             return Pose2(*spot, normalize_angle(towards + math.pi))
     return None
 

@@ -61,7 +61,9 @@ PERFECT_BASE = BaseNoiseParameters(
 """No noise at all; the whole millimetres, degrees and counts remain."""
 
 ADC_MAX = 1023
+"""Largest value of a converter of 10 bits."""
 INT16_MAX = 32767
+"""Largest value of a signed number of 16 bits."""
 
 
 class BaseSensors:

@@ -71,7 +71,7 @@ class CalibrationParameters(CheckedParameters):
 NO_WALL, NO_SENSOR, NO_TURN, BAD_TURN = "no_wall", "no_sensor", "no_turn", "bad_turn"
 STEP_PERIOD_S = 0.05
 """How often to call :meth:`Calibration.step` (REFERENCE 3.3, step 2a: 20 Hz)."""
-FRESH_S = 0.5
+NEW_SCAN_S = 0.5
 """An older scan says nothing about where the robot looks now: it turns on with the next one."""
 ALIGN_GAIN, SLOWEST_RADPS = 0.5, 0.05
 """1/s and rad/s: the less is left, the slower it turns, and a late scan does not take it past the wall."""
@@ -201,7 +201,7 @@ class Calibration:
         # Two turns are enough to see every wall that there is.
         furthest = 2.0 * math.tau if self.state is State.ALIGN else SWEEPS * LARGEST_ERROR
         limit = furthest / self._parameters.align_speed + self._parameters.patience
-        if now - self.readings.scanned > FRESH_S:
+        if now - self.readings.scanned > NEW_SCAN_S:
             return self._wait_for_scan(now)
         speed = self._parameters.align_speed
         left = self._whole() - self.readings.turned

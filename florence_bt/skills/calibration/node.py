@@ -24,7 +24,7 @@ from florence_bt.skills.calibration.calibration import STEP_PERIOD_S, Calibratio
 from florence_bt.skills.calibration.factors import Source
 from florence_bt.skills.calibration.wall_angle import WallParameters, find_wall
 
-DISCOVERY_S = 20.0
+FIRST_MESSAGES_S = 20.0
 """Wall seconds to wait for the first message of every sensor; simulated time may outrun discovery."""
 
 
@@ -74,7 +74,7 @@ class CalibrationNode(FlorenceNode):
         self._on_end = on_end
         self._reported = ""
         self._missing = set(Source) if turning.has_gyro else set(Source) - {Source.GYRO}
-        self._begin_by = time.monotonic() + DISCOVERY_S
+        self._begin_by = time.monotonic() + FIRST_MESSAGES_S
         self._commands = self.create_publisher(Twist, CMD_VEL, RELIABLE)
         self.create_subscription(LaserScanMsg, settings.scan_topic, self._on_scan, SENSOR)
         self.create_subscription(TurtlebotSensorState, SENSOR_STATE, self._on_state, RELIABLE)

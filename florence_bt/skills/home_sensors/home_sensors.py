@@ -20,7 +20,7 @@ HOLD_S = 60.0
 """How long a device that was operated counts: as long as motion detectors show motion."""
 PRESS_S = 5.0
 """How old the report of a button may be for a press: what the broker had kept is none."""
-AHEAD_S = 5.0
+SENSOR_AHEAD_S = 5.0
 """How far ahead of ours the clock of a sensor may be."""
 CONTRADICTION_S = 120.0
 """How long motion in two rooms may last before it is reported: longer than motion detectors show it."""
@@ -110,10 +110,10 @@ class HomeSensors:
                 # It tells the state, but not since when: the next report that differs is a change.
                 state.active = report.active
             return
-        if not math.isfinite(report.at) or report.at > now + AHEAD_S:
+        if not math.isfinite(report.at) or report.at > now + SENSOR_AHEAD_S:
             raise BadReport(
                 f"the time of {report.sensor!r} is {report.at - now:g} s after the present time "
-                f"(would have worked: at most {AHEAD_S:g} s)"
+                f"(would have worked: at most {SENSOR_AHEAD_S:g} s)"
             )
         at = min(report.at, now)
         if now - at > sensor.stale_after or (state.last_report is not None and at < state.last_report):

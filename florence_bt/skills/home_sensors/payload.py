@@ -10,7 +10,7 @@ from florence_bt.skills.home_sensors.home_sensors import BadReport, Report
 from florence_bt.skills.home_sensors.settings import HomeSensor
 
 MAX_PAYLOAD_BYTES = 16_384
-MAX_SHOWN = 60
+MAX_PAYLOAD_SHOWN = 60
 """Characters of a payload in a message about it."""
 MILLISECONDS_FROM = 1e11
 """A larger number of a time counts milliseconds: in seconds it would be after the year 5000."""
@@ -89,7 +89,7 @@ def _shown(value: Any) -> str:
 
 
 def _short(text: str) -> str:
-    return repr(text if len(text) <= MAX_SHOWN else f"{text[:MAX_SHOWN]}...")
+    return repr(text if len(text) <= MAX_PAYLOAD_SHOWN else f"{text[:MAX_PAYLOAD_SHOWN]}...")
 
 
 def _bad(problem: str, valid: str) -> BadReport:

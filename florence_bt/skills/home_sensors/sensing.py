@@ -18,7 +18,7 @@ from florence_bt.skills.home_sensors.settings import HomeSensor
 from florence_bt.skills.locator.locating import SIGHTINGS, Sighting
 from florence_bt.skills.locator.locator import LastSeen
 
-PERIOD_S = 1.0
+STALE_LOOK_S = 1.0
 """Between two looks at what has become stale, and two diagnostics."""
 REPORTS = Topic(HOME_EVENT, Report, interface="florence_interfaces/msg/HomeEvent")
 PRESSES = Topic(ANSWER, str)
@@ -46,9 +46,9 @@ class HomeSensing:
         self._sightings, self._presses = ports.output(SIGHTINGS), ports.output(PRESSES)
         self._diagnoses = ports.output(DIAGNOSES)
         ports.listen(REPORTS, lambda report: self._take(REPORTS.name, report))
-        call_every(ports.clock, PERIOD_S, self._send_user)
+        call_every(ports.clock, STALE_LOOK_S, self._send_user)
         ports.on_time_jump(self._send_again)
-        call_every(ports.steady, PERIOD_S, self._send_diagnoses)
+        call_every(ports.steady, STALE_LOOK_S, self._send_diagnoses)
 
     def take_payload(self, topic: str, payload: bytes, *, retained: bool, wall_now: float) -> None:
         """Take a message of MQTT.

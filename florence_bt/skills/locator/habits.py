@@ -13,6 +13,7 @@ from florence_bt.core.errors import ConfigError
 from florence_bt.core.text_files import decode, read_bytes, replace_text
 
 HOURS = 24
+"""Of a day."""
 
 
 class RoomHabits:

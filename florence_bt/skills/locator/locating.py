@@ -16,7 +16,7 @@ from florence_bt.core.geometry import FramedPose, Pose2
 from florence_bt.core.heard import old_after_s
 from florence_bt.core.limits import CheckedParameters, Positive
 from florence_bt.core.outcome import Result
-from florence_bt.core.ports import Delivery, Fields, NoFields, Ports, Service, Topic
+from florence_bt.core.ports import NOT_SAVED_PERIOD_S, Delivery, Fields, NoFields, Ports, Service, Topic
 from florence_bt.core.sensing import OccupancyGrid
 from florence_bt.core.topic_names import HOTSPOTS as HOTSPOTS_TOPIC
 from florence_bt.core.topic_names import MANUAL_OVERRIDE, USER_SEEN
@@ -30,8 +30,6 @@ from florence_bt.skills.locator.locator import LastSeen, Locator
 
 SAVE_PERIOD_S = 60.0
 """Between two looks whether the habits of the user are to be saved."""
-NOT_SAVED_PERIOD_S = 600.0
-"""Between two warnings that they are not (chosen: a full disk stays full for a while)."""
 ROOM_REFUSED_PERIOD_S = 60.0
 """Between two warnings of a room that a home sensor names and nobody knows (chosen)."""
 

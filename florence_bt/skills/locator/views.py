@@ -35,7 +35,7 @@ STEP_M = 0.2
 """The room is judged at points so far apart, in a large room further."""
 MOST_POINTS, MOST_CANDIDATES = 400, 60
 """Points of the room, and places to look from, at most: the caller waits no longer than some 0.1 s."""
-REACH_M = 10.0
+VIEW_REACH_M = 10.0
 """What is further from the hotspot, in x or y, is not looked at."""
 _RAY_STEP_M = 0.1
 LOOKS, LOOK_STEP = 4, math.radians(45.0)
@@ -126,8 +126,8 @@ def _points_of_room(
     height, width = (size * grid.resolution for size in grid.cells.shape)
     xs = np.arange(grid.origin.x + STEP_M / 2, grid.origin.x + width, STEP_M)
     ys = np.arange(grid.origin.y + STEP_M / 2, grid.origin.y + height, STEP_M)
-    near_x = xs[np.abs(xs - hotspot.x) <= REACH_M].tolist()
-    near_y = ys[np.abs(ys - hotspot.y) <= REACH_M].tolist()
+    near_x = xs[np.abs(xs - hotspot.x) <= VIEW_REACH_M].tolist()
+    near_y = ys[np.abs(ys - hotspot.y) <= VIEW_REACH_M].tolist()
     return np.array([(x, y) for y in near_y for x in near_x if in_room(x, y)]).reshape(-1, 2)
 
 

@@ -22,7 +22,7 @@ LONGEST_TEXT = 1000
 """Characters of a sentence."""
 SECONDS_PER_CHARACTER = 0.07
 """Chosen: 150 words a minute, a clear pace, with 5.7 characters a word."""
-LOOK_PERIOD_S = 0.05
+PROGRAM_LOOK_S = 0.05
 """Between two looks whether the program has ended: shorter than the pause after a sentence."""
 
 OnEnd = Callable[[str], None]
@@ -99,7 +99,7 @@ class ProgramVoice:
             process.stdin.flush()
         with contextlib.suppress(BrokenPipeError):
             process.stdin.close()
-        self._timer = call_every(self._clock, LOOK_PERIOD_S, lambda: self._look(process, on_end))
+        self._timer = call_every(self._clock, PROGRAM_LOOK_S, lambda: self._look(process, on_end))
 
     def stop(self) -> None:
         """Kill the program and everything that it started."""

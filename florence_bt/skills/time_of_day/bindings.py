@@ -15,7 +15,7 @@ from florence_bt.core.outcome import Result, failure, success
 from florence_bt.core.serving import ClockBinding
 from florence_bt.core.skill import FinishedRun, Inputs, InstantSkill
 
-LOOK_S = 60.0
+DATE_LOOK_S = 60.0
 """How often to look whether the date was set, as by a computer that finds the network after its start.
 Chosen: who waits for a time of day is a minute late at most."""
 _TIME = re.compile(r"([01]?[0-9]|2[0-3]):([0-5][0-9])")
@@ -66,7 +66,7 @@ class TimeReached:
             if left <= 0.0:
                 callback()
             else:
-                timers.append(self._clock.call_at(self._clock.now() + min(left, LOOK_S), look))
+                timers.append(self._clock.call_at(self._clock.now() + min(left, DATE_LOOK_S), look))
                 del timers[:-1]
 
         timers = [self._clock.call_at(self._clock.now(), look)]

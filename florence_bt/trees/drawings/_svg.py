@@ -87,7 +87,7 @@ def _broken(text: str) -> list[str]:
     return textwrap.wrap(text, MAX_CHARS, break_on_hyphens=False)
 
 
-MAX_WIDTH = 1600
+MAX_PIXELS = 1600
 """Widest a picture is, in pixels, when that is possible."""
 SHAPE = 1.5
 """Width divided by height that is aimed at."""
@@ -137,7 +137,7 @@ class _Drawn:
             yield from child.walk()
 
 
-def diagram_svg(root: Box, max_width: float = MAX_WIDTH) -> str:
+def diagram_svg(root: Box, max_width: float = MAX_PIXELS) -> str:
     """Draw an SVG picture of a diagram.
 
     Args:

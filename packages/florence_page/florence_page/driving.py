@@ -4,15 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from florence_bt.app.teleop.hands import STEPS, Gamepad, GamepadLayout, TeleopParameters, stepped
+from florence_bt.app.teleop.hands import (
+    HAND_PERIOD_S,
+    STEPS,
+    Gamepad,
+    GamepadLayout,
+    TeleopParameters,
+    stepped,
+)
 from florence_bt.core.clock import Clock, Timer, call_every
 from florence_bt.core.geometry import STANDSTILL, Twist2
 
-SILENT_S = 0.5
+HAND_SILENT_S = 0.5
 """The robot stands still when the hand has said nothing for so long; the page says where it is ten times a
 second."""
-PERIOD_S = 0.05
-"""Seconds between two commands: a fifth of what the velocity filter waits for one."""
 _PAD = GamepadLayout(axis_linear=0, axis_angular=1, enable_button=0, turbo_button=-1)
 
 
@@ -37,7 +42,7 @@ class HandDriving:
         self._may_drive = may_drive
         self._command = command
         self._show = show
-        self._hand = Gamepad(TeleopParameters(timeout=SILENT_S), _PAD)
+        self._hand = Gamepad(TeleopParameters(timeout=HAND_SILENT_S), _PAD)
         self._driver: object = None
         self._stopped: object = None
         self._timer: Timer | None = None
@@ -58,7 +63,7 @@ class HandDriving:
         self._hand.take((forward, left), (1,), self._clock.now())
         if self._timer is None:
             self._send()
-            self._timer = call_every(self._clock, PERIOD_S, self._send)
+            self._timer = call_every(self._clock, HAND_PERIOD_S, self._send)
 
     def step(self, viewer: object, key: str) -> None:
         """Change the speeds by a key of ``teleop``."""

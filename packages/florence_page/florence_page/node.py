@@ -69,7 +69,7 @@ from florence_page.pictures import camera_picture, costmap_picture, map_picture
 MAP_FRAME, BASE_FRAME = "map", "base_link"
 FOLLOW_S = 0.1
 """How often the robot's pose is looked up."""
-MOST_POINTS = 240
+MOST_SCAN_POINTS = 240
 """Points of a scan that are shown: one in 1.5 degrees of a whole circle."""
 SCENE, CAMERA = "scene", "camera"
 LAYERS = {
@@ -84,10 +84,10 @@ CAMERA_S = 0.5
 """Seconds between two pictures of the camera, at least."""
 QUESTIONS_S = 3.0
 """Seconds for which the mission server's word about open questions counts. It is asked twice a second."""
-SILENT_S = 3.0
+SCENE_SILENT_S = 3.0
 """Seconds of silence after which what comes several times a second has ended: the pose, scans, people, the
 camera's pictures. Chosen: a busy machine holds a message up by less."""
-LOOK_S = 1.0
+ENDED_LOOK_S = 1.0
 """How often is looked what has ended."""
 GONE = "GONE"
 """The state of a run whose mission server is gone."""
@@ -151,7 +151,7 @@ class PageNode(FlorenceNode):
         self._navigation.take(True)
         self._subscribe_to_states()
         self._put()
-        self.create_timer(LOOK_S, self.robot.look_who_is_left)
+        self.create_timer(ENDED_LOOK_S, self.robot.look_who_is_left)
         self.create_timer(ASK_S, self._note_silence)
 
     @property
@@ -326,7 +326,7 @@ class SceneNode(FlorenceNode):
         self._page = page
         self._parts = page.parts
         self._layers: dict[str, Any] = {}
-        self._silence = Silence(self.steady, SILENT_S)
+        self._silence = Silence(self.steady, SCENE_SILENT_S)
         self._pose_stamp: float | None = None
         self._driving: set[str] = set()
         self._next_picture = -math.inf
@@ -354,7 +354,7 @@ class SceneNode(FlorenceNode):
         self.create_timer(FOLLOW_S, self._follow_robot)
         page.begin_to_ask()
         call_every(self.steady, ASK_S, page.look_for_questions)
-        call_every(self.steady, LOOK_S, self._look_what_has_ended)  # a simulation that died has no time
+        call_every(self.steady, ENDED_LOOK_S, self._look_what_has_ended)  # a simulation that died has no time
 
     def want(self, wanted: frozenset[str]) -> None:
         """Listen to the layers that somebody wants to see, and to no others."""
@@ -466,7 +466,7 @@ class SceneNode(FlorenceNode):
             return
         self._scan = None
         ends = beam_ends(scan, sensor, scan.range_min)
-        self._show(scan=np.round(ends[:: -(-len(ends) // MOST_POINTS) or 1], 2).ravel().tolist())
+        self._show(scan=np.round(ends[:: -(-len(ends) // MOST_SCAN_POINTS) or 1], 2).ravel().tolist())
         self._silence.heard("scan")
 
     def _on_drives(self, action: str, message: GoalStatusArray) -> None:

@@ -10,17 +10,17 @@ from nicegui import ui
 from florence_bt.core.message_skills import NOT_ASKED, AskedQuestion
 from florence_page.acting import Actor
 
-LOOK_S = 0.5
+QUESTION_LOOK_S = 0.5
 """How often a viewer's page looks whether there is a question."""
 USUAL = ("yes", "no")
 """Answers that are buttons where the mission names none."""
 LONGEST_ANSWER = 200
 FRESH = "florence-fresh"
-FRESH_S = 0.5
+NEW_CARD_S = 0.5
 """For how long a new card takes no tap: the finger may have been on its way to what was there before. Chosen:
 people need some 0.3 s to see a change."""
 _FRESH_CSS = f"""
-.{FRESH} :is(.q-btn, .q-field) {{ animation: {FRESH} {FRESH_S}s; }}
+.{FRESH} :is(.q-btn, .q-field) {{ animation: {FRESH} {NEW_CARD_S}s; }}
 @keyframes {FRESH} {{ from, to {{ pointer-events: none; opacity: 0.5; }} }}
 """
 
@@ -42,7 +42,7 @@ class QuestionCards:
         ui.add_css(_FRESH_CSS)
         place = "fixed left-2 bottom-[calc(var(--florence-bar,0px)+8px)] z-10 max-w-full"
         self._place = ui.column().classes(f"{place} max-h-[50vh] overflow-auto")
-        ui.timer(LOOK_S, self._look)
+        ui.timer(QUESTION_LOOK_S, self._look)
 
     def _look(self) -> None:
         questions = self._actor.ros.node.questions

@@ -30,7 +30,7 @@ from florence_bt.ros.qos import RELIABLE
 from florence_page.driving import HandDriving
 from florence_page.node import MAP_FRAME, PageNode, SceneNode
 
-ANSWER_S = 10.0
+SERVICE_ANSWER_S = 10.0
 """Wall seconds to wait for the answer of a service."""
 CONFIRM_S = 0.25
 """Wall seconds to wait for the base's driver to confirm a stop, before the browser sends it again."""
@@ -40,7 +40,7 @@ MOST_PRESSES = 1_000
 """How many presses are remembered."""
 _CONFIRM_LOOK_S = 0.02
 _SPIN_S = 0.2
-LOOK_S = 1.0
+SIMULATION_LOOK_S = 1.0
 """How often to look whether a simulation has begun or ended."""
 
 
@@ -103,7 +103,7 @@ class RosThread(Closing):
         now = time.monotonic()
         if now < self._next_look and wanted == (scene.wanted if scene is not None else frozenset()):
             return
-        self._next_look = now + LOOK_S
+        self._next_look = now + SIMULATION_LOOK_S
         simulated = self.node.simulated
         if scene is not None and not (wanted and scene.simulated == simulated):
             scene.shut_down()
@@ -228,7 +228,7 @@ class RosThread(Closing):
                 client = self._clients[name] = self.node.create_client(service_type, name)
             self._when_there(
                 client,
-                ANSWER_S,
+                SERVICE_ANSWER_S,
                 send,
                 lambda: tell(FlorenceError(f"nobody serves {name}: is the system up?")),
             )
@@ -242,9 +242,9 @@ class RosThread(Closing):
 
         self.on_thread(begin)
         try:
-            return await asyncio.wait_for(answer, 2.0 * ANSWER_S)
+            return await asyncio.wait_for(answer, 2.0 * SERVICE_ANSWER_S)
         except TimeoutError as error:
-            raise DeviceTimeout(f"{name} did not answer within {ANSWER_S:g} s") from error
+            raise DeviceTimeout(f"{name} did not answer within {SERVICE_ANSWER_S:g} s") from error
 
     def _when_there(
         self, client: Any, left_s: float, then: Callable[[], None], give_up: Callable[[], None]

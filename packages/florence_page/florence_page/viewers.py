@@ -17,9 +17,9 @@ FRAME_S = 0.1
 BEAT_S = 0.5
 """Seconds between two frames at most, also when nothing is new: a browser that has none knows that it is cut
 off."""
-ANSWER_S = 20.0
+FRAME_LIMIT_S = 20.0
 """A viewer that has not taken a frame for so long is left alone."""
-MOST_VIEWERS = 50
+MOST_PAGE_VIEWERS = 50
 LONGEST_WORDS = 200
 """Characters of a message that are read."""
 
@@ -48,8 +48,8 @@ class Viewers:
 
     async def serve(self, socket: WebSocket) -> None:
         """Serve one viewer until it leaves."""
-        if self._count >= MOST_VIEWERS:
-            await socket.close(1013, f"{MOST_VIEWERS} viewers are here already")
+        if self._count >= MOST_PAGE_VIEWERS:
+            await socket.close(1013, f"{MOST_PAGE_VIEWERS} viewers are here already")
             return
         self._count += 1
         try:
@@ -78,10 +78,10 @@ class Viewers:
                     next_beat = now + BEAT_S
                     frame = f'{{"beat":{beat()}{"," + frame[1:] if frame else "}"}'
                     taken.clear()
-                    await asyncio.wait_for(socket.send_text(frame), ANSWER_S)
+                    await asyncio.wait_for(socket.send_text(frame), FRAME_LIMIT_S)
                     done = asyncio.create_task(taken.wait())
                     await asyncio.wait(
-                        {listening, done}, timeout=ANSWER_S, return_when=asyncio.FIRST_COMPLETED
+                        {listening, done}, timeout=FRAME_LIMIT_S, return_when=asyncio.FIRST_COMPLETED
                     )
                     if not done.done():
                         done.cancel()

@@ -5,7 +5,7 @@ from __future__ import annotations
 from datetime import datetime, timedelta
 
 import pytest
-from florence_page.editor.shelf import DRAFTS, MOST_VERSIONS, VERSIONS, ChangedMeanwhile, Shelf
+from florence_page.editor.shelf import DRAFTS, MOST_MISSION_VERSIONS, VERSIONS, ChangedMeanwhile, Shelf
 
 from florence_bt.core.errors import ConfigError
 
@@ -54,11 +54,11 @@ def test_a_save_keeps_what_stood_there(shelf):
 
 def test_only_so_many_versions_are_kept_and_the_latest_are(shelf):
     known = ""
-    for number in range(MOST_VERSIONS + 3):
+    for number in range(MOST_MISSION_VERSIONS + 3):
         known = shelf.save("tea", TEXT.replace("1 s", f"{number} s"), known).print
     dates = shelf.versions("tea")
-    assert len(dates) == MOST_VERSIONS
-    assert f"wait: {MOST_VERSIONS + 1} s" in shelf.version("tea", dates[0])
+    assert len(dates) == MOST_MISSION_VERSIONS
+    assert f"wait: {MOST_MISSION_VERSIONS + 1} s" in shelf.version("tea", dates[0])
 
 
 def test_what_somebody_else_has_written_meanwhile_stays(shelf):

@@ -10,7 +10,7 @@ pytest.importorskip("nicegui")
 pytest.importorskip("rclpy")
 
 from florence_page.access import ROLE, Role
-from florence_page.driving import SILENT_S, HandDriving
+from florence_page.driving import HAND_SILENT_S, HandDriving
 from florence_page.parts import LiveParts
 from florence_page.presses import beat
 from florence_page.server import RobotViewers
@@ -53,7 +53,7 @@ def test_a_held_pad_drives_and_the_robot_stops_when_it_is_let_go(bench):
 
 def test_a_hand_that_is_silent_stops_the_robot(bench):
     bench.driving.push("a", 1.0, 0.0)
-    bench.clock.advance(SILENT_S + 0.1)
+    bench.clock.advance(HAND_SILENT_S + 0.1)
     assert bench.take()[-1] == STANDSTILL
     bench.clock.advance(5.0)
     assert bench.take() == []

@@ -19,7 +19,7 @@ connect = pytest.importorskip("websockets.sync.client").connect
 from websockets.exceptions import InvalidStatus  # noqa: E402
 
 from florence_bt.app.recording import foxglove_port  # noqa: E402
-from florence_bt.app.recording.foxglove_port import MOST_VIEWERS, PROTOCOLS, FoxglovePort, _Viewer  # noqa: E402
+from florence_bt.app.recording.foxglove_port import MOST_FOXGLOVES, PROTOCOLS, FoxglovePort, _Viewer  # noqa: E402
 from florence_bt.core.errors import ConfigError  # noqa: E402
 
 PATIENCE_S = 60.0
@@ -159,7 +159,7 @@ def test_one_looks_at_a_topic_once_and_not_without_end(
 def test_so_many_may_look_and_the_next_is_told(robots: Callable[..., Robot]) -> None:
     robot = robots()
     with ExitStack() as viewers:
-        for _ in range(MOST_VIEWERS):
+        for _ in range(MOST_FOXGLOVES):
             hear(viewers.enter_context(robot.visit()), "serverInfo")
         with pytest.raises(InvalidStatus) as refused:
             robot.visit()

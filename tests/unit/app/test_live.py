@@ -179,7 +179,7 @@ def test_a_larger_terminal_is_used_at_once(terminal):
 
 
 def test_a_terminal_that_takes_nothing_holds_nobody_up(terminal, monkeypatch):
-    monkeypatch.setattr("florence_bt.app.runs.live.END_S", 0.2)
+    monkeypatch.setattr("florence_bt.app.runs.live.LAST_PICTURE_S", 0.2)
     display = LiveDisplay(terminal.console)
     begin = time.monotonic()
     display.show(written_tree(TREE))

@@ -47,7 +47,7 @@ def test_pictures_are_drawn_one_after_the_other_and_the_end_waits_for_them(tmp_p
 
 
 def test_of_very_many_runs_the_latest_get_pictures(tmp_path, monkeypatch):
-    monkeypatch.setattr(pictures, "MOST_WAITING", 2)
+    monkeypatch.setattr(pictures, "MOST_PICTURES_WAITING", 2)
     drawer = Drawer(ALONE)
     with drawer._changed:  # the thread gets to none of them meanwhile
         for number in range(6):

@@ -13,7 +13,7 @@ from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 
 from florence_bt.app.bringup.hold import HARD_STOP, STOP_ALL, RobotHold
-from florence_bt.app.bringup.make_safe import LIMIT_S, PERIOD_S, SEARCH_S, BaseSafety
+from florence_bt.app.bringup.make_safe import MAKE_SAFE_LIMIT_S, SERVERS_SEARCH_S, ZERO_PERIOD_S, BaseSafety
 from florence_bt.core.clock import ManualClock
 from florence_bt.core.outcome import Outcome
 
@@ -104,7 +104,7 @@ def test_zero_is_commanded_ten_times_a_second_until_the_end(node: Node) -> None:
     node.steady.advance(1.0)
     assert [topic for _, topic, _ in node.sent] == ["cmd_vel"] * 11
     assert all(twist == Twist() for _, _, twist in node.sent)
-    assert node.sent[-1][0] - node.sent[0][0] == pytest.approx(10 * PERIOD_S)
+    assert node.sent[-1][0] - node.sent[0][0] == pytest.approx(10 * ZERO_PERIOD_S)
     run.cancel()
     result = run.poll()
     assert result is not None and result.code == "cancelled"
@@ -135,14 +135,14 @@ def test_three_readings_in_a_row_must_say_that_it_stands(node: Node) -> None:
 
 
 def test_servers_are_looked_for_some_seconds_and_one_that_comes_later_has_no_goals(node: Node) -> None:
-    goals = Goals(node, navigate=101.0, spin=100.0 + SEARCH_S + 0.5)
+    goals = Goals(node, navigate=101.0, spin=100.0 + SERVERS_SEARCH_S + 0.5)
     run = BaseSafety(node, goals).make_safe()  # type: ignore[arg-type]
     stand(node)
     node.steady.advance(1.2)
     assert goals.cancelled == ["navigate"]
     goals.answer["navigate"]()
     assert run.poll() is None, "the other one may still come"
-    node.steady.advance(SEARCH_S - 1.2 + 2 * PERIOD_S)
+    node.steady.advance(SERVERS_SEARCH_S - 1.2 + 2 * ZERO_PERIOD_S)
     result = run.poll()
     assert result is not None and result.succeeded
     node.steady.advance(5.0)
@@ -167,9 +167,9 @@ def test_what_is_not_known_in_time_is_told(
         goals.answer["navigate"]()
     if speed is not None:
         stand(node, linear=speed)
-    node.steady.advance(LIMIT_S - 2 * PERIOD_S)
+    node.steady.advance(MAKE_SAFE_LIMIT_S - 2 * ZERO_PERIOD_S)
     assert run.poll() is None
-    node.steady.advance(3 * PERIOD_S)
+    node.steady.advance(3 * ZERO_PERIOD_S)
     result = run.poll()
     assert result is not None and (result.outcome, result.code) == (Outcome.FAILED, "timed_out")
     assert result.reason == f"not known to be safe after 15 s: {reason}"

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import pytest
 
 from florence_bt.core.clock import ManualClock
-from florence_bt.core.message_skills import LOOK_S, MessageCondition, MessageWait
+from florence_bt.core.message_skills import SOURCE_LOOK_S, MessageCondition, MessageWait
 from florence_bt.core.outcome import Outcome, failure, success
 from florence_bt.core.serving import WaitBinding
 from florence_bt.skills.speech.bindings import BINDINGS
@@ -77,9 +77,9 @@ def test_the_last_message_of_a_source_that_is_gone_does_not_count(clock):
     end = station.watch({"least": 3}, lambda: heard.append(code(station)))
     there[0] = False
     assert code(station) == "server_lost"
-    clock.advance(LOOK_S)
+    clock.advance(SOURCE_LOOK_S)
     there[0] = True
-    clock.advance(LOOK_S)
+    clock.advance(SOURCE_LOOK_S)
     assert heard == ["server_lost", "ok"]
     end()
     assert clock.next_time() is None
@@ -101,7 +101,7 @@ def test_a_wait_for_a_source_that_is_not_there_or_goes_away_is_over(clock):
     lost = button.start({"time_limit": 3600.0})
     clock.advance(60.0)
     there[0] = False
-    clock.advance(LOOK_S)
+    clock.advance(SOURCE_LOOK_S)
     assert lost.poll().code == "server_lost" and clock.next_time() is None
 
 

@@ -230,7 +230,7 @@ def test_the_work_of_a_resume_grows_with_the_journal_and_no_faster(tmp_path, mon
 
 def test_a_journal_that_is_too_long_to_replay_aborts_the_run(tmp_path, monkeypatch):
     run_id = crash(tmp_path, policy="resume")
-    monkeypatch.setattr(recovery, "MAX_EVENTS", 10)
+    monkeypatch.setattr(recovery, "MAX_REPLAYED", 10)
     second = Process(tmp_path, name="B")
     past = second.past(run_id)
     assert past.state == "ABORTED" and "events, more than 10; start it again with" in past.reason

@@ -68,7 +68,7 @@ def test_small_flat_is_read(tmp_path):
         ("z: [0, 0.4]", "z: [0.4, 0]", 19, "below the second"),
         ("cylinder: 0.2", "box: [1, 1], cylinder: 0.2", 19, "either"),
         ("cylinder: 0.2", "cylinder: .nan", 19, "cylinder"),
-        ("cylinder: 0.2", "radius: 0.2", 19, "Extra"),
+        ("cylinder: 0.2", "radius: 0.2", 19, "no key 'radius'"),
         ("floor:", "start: {x: 2, y: 1}\nfloor:", 3, "is duplicated (first in line 2)"),
         ("name: stool,", "name: south,", 21, "given twice"),
         ("walls:", "wals:", 4, "wals"),

@@ -15,7 +15,7 @@ from florence_bt.simulation.home.generate import (
     generated_flat,
     source_text,
 )
-from florence_bt.simulation.home.people import ROBOT_RADIUS_M, place_person
+from florence_bt.simulation.home.people import ROBOT_ROOM_M, place_person
 from florence_bt.simulation.home.world import SimulatedWorld
 
 pytestmark = pytest.mark.xdist_group("generated homes")  # which take seconds to make
@@ -51,7 +51,7 @@ def test_the_robot_gets_everywhere_on_the_map_and_in_truth_while_doors_are_open(
     flat = build_flat(home)
     grid = laser_map(flat)
     clearance = ndimage.distance_transform_edt(grid.cells == FREE) * grid.resolution - grid.resolution / 2
-    labels, _ = ndimage.label(clearance >= ROBOT_RADIUS_M)
+    labels, _ = ndimage.label(clearance >= ROBOT_ROOM_M)
     places = [flat.start, *spots(flat)]
     assert len({labels[grid.cell_of(place.x, place.y)] for place in places} | {0}) == 2
     opened = home.model_copy(
@@ -76,7 +76,7 @@ def test_the_robot_gets_everywhere_on_the_map_and_in_truth_while_doors_are_open(
         }
     )
     space = FreeSpace(build_flat(opened))
-    ways = space.reachable((flat.start.x, flat.start.y), ROBOT_RADIUS_M)
+    ways = space.reachable((flat.start.x, flat.start.y), ROBOT_ROOM_M)
     assert all(ways[space.frame.cell_of(place.x, place.y)] for place in places)
 
 

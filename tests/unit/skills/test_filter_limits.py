@@ -15,8 +15,8 @@ from florence_bt.skills.filters.laser_combinator._kernels import project_beams
 from florence_bt.skills.filters.legs.leg_detector import all_legs, legs_near, narrow_things, of_nobody_known
 from florence_bt.skills.filters.legs.walking_legs import WalkingLegs
 from florence_bt.skills.filters.velocity_filter.velocity_filter import (
+    BACKLOG_S,
     HELD_UP_S,
-    WAITED_S,
     VelocityFilter,
     VelocityFilterParameters,
 )
@@ -251,8 +251,8 @@ def test_a_step_is_held_up_from_a_second_on_and_commands_wait_a_moment_then() ->
         # A held-up filter begins anew at standstill; any other goes on from where it was.
         assert limits.step(0.18 + late).linear == pytest.approx(0.02 if held_up else 0.22)
         if held_up:
-            assert not limits.command(Twist2(0.5, 0.0), 0.18 + late + WAITED_S - 0.001)
-            assert limits.command(Twist2(0.5, 0.0), 0.18 + late + WAITED_S)
+            assert not limits.command(Twist2(0.5, 0.0), 0.18 + late + BACKLOG_S - 0.001)
+            assert limits.command(Twist2(0.5, 0.0), 0.18 + late + BACKLOG_S)
 
 
 def test_a_filter_that_rests_is_not_held_up() -> None:

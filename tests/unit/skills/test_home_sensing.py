@@ -9,7 +9,7 @@ from florence_bt.core.diagnosis import Diagnosis, Severity
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.topics import DIAGNOSES
 from florence_bt.simulation.rig.wires import Link, Wires
-from florence_bt.skills.home_sensors.home_sensors import AHEAD_S, Report
+from florence_bt.skills.home_sensors.home_sensors import SENSOR_AHEAD_S, Report
 from florence_bt.skills.home_sensors.sensing import PRESSES, REPORTS, HomeSensing
 from florence_bt.skills.home_sensors.settings import HomeSensor, SensorKind
 from florence_bt.skills.locator.hotspots import Hotspot, Hotspots
@@ -78,7 +78,7 @@ def test_a_pressed_button_is_an_answer() -> None:
 def test_a_report_that_cannot_be_meant_is_refused_by_where_it_came_from() -> None:
     house = House()
     house.says("kitchn_pir")
-    house.says("hall_pir", ahead_s=AHEAD_S + 1.0)
+    house.says("hall_pir", ahead_s=SENSOR_AHEAD_S + 1.0)
     house.sensing.take_payload("home/kitchen", b"\xff", retained=False, wall_now=1.8e9)
     assert house.wires.refused == {REPORTS.name: 2, "MQTT home/kitchen": 1}
     assert not house.user().valid

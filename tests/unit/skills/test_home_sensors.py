@@ -10,10 +10,10 @@ from hypothesis import strategies as st
 
 from florence_bt.core.diagnosis import Severity
 from florence_bt.skills.home_sensors.home_sensors import (
-    AHEAD_S,
     CONTRADICTION_S,
     HOLD_S,
     PRESS_S,
+    SENSOR_AHEAD_S,
     BadReport,
     HomeSensors,
     Report,
@@ -225,7 +225,7 @@ def test_a_retained_report_without_a_time_says_nothing_but_the_state(house: Hous
     assert house.says("tv", False, 32.0).room == "living_room"
 
 
-@pytest.mark.parametrize("at", [math.nan, math.inf, -math.inf, 11.0 + AHEAD_S])
+@pytest.mark.parametrize("at", [math.nan, math.inf, -math.inf, 11.0 + SENSOR_AHEAD_S])
 def test_a_time_that_cannot_be_meant_is_refused(house: House, at: float) -> None:
     with pytest.raises(BadReport, match="would have worked"):
         house.late("kitchen_pir", True, at, 10.0)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from florence_bt.core.geometry import Pose2
-from florence_bt.core.transforms import KEEP_S, TransformBuffer
+from florence_bt.core.transforms import HISTORY_S, TransformBuffer
 from florence_bt.skills.navigation.navigate.people_frames import see_people
 
 
@@ -36,7 +36,7 @@ class SeenPeople:
 def test_who_was_seen_long_ago_is_not_looked_up_in_every_cycle() -> None:
     now, buffer, seen = 1000.0, CountingBuffer(), SeenPeople()
     for number in range(50):
-        buffer.set_moving("map", f"user_{number}", now - KEEP_S - 1.0 - number, Pose2(1.0, 1.0))
+        buffer.set_moving("map", f"user_{number}", now - HISTORY_S - 1.0 - number, Pose2(1.0, 1.0))
     for moment in range(3):
         buffer.set_moving("map", "odom", now - 1.0 + moment / 2.0, Pose2(1.0, 0.0))
     buffer.set_moving("map", "user_70", now - 0.5, Pose2(3.0, 2.0))

@@ -15,7 +15,7 @@ from florence_bt.runtime.journal import Journal
 from florence_bt.runtime.missions import MissionFolders
 from florence_bt.runtime.recovery.recovery import Recovery
 from florence_bt.runtime.run import MissionRequest, RunIds, RunStatus
-from florence_bt.skills.time_of_day.bindings import BINDINGS, LOOK_S, TimeReached, next_moment
+from florence_bt.skills.time_of_day.bindings import BINDINGS, DATE_LOOK_S, TimeReached, next_moment
 from florence_bt.trees.language.declarations import own_declarations
 
 
@@ -74,8 +74,8 @@ def test_the_moment_comes_sooner_or_later_when_the_date_is_set() -> None:
     skill.watch({"date": 9000.0}, lambda: told.append(clock.now()))
     clock.advance(1000.0)
     ahead = 7900.0
-    clock.advance(LOOK_S)
-    assert told == [] and 0.0 < 9000.0 - ahead - clock.now() < LOOK_S
+    clock.advance(DATE_LOOK_S)
+    assert told == [] and 0.0 < 9000.0 - ahead - clock.now() < DATE_LOOK_S
     ahead = 6000.0
     clock.advance_to(2999.0)
     assert told == []

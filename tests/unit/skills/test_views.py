@@ -24,9 +24,9 @@ from florence_bt.skills.locator.views import (
     LOOKS,
     MAX_VIEWS,
     RANGE_M,
-    REACH_M,
     ROOMY_M,
     STEP_M,
+    VIEW_REACH_M,
     WORTH_M2,
     views,
 )
@@ -175,6 +175,6 @@ def test_a_hall_is_no_more_work_than_a_room() -> None:
     cells = np.zeros((800, 800), np.int8)
     found = list(views(Pose2(20.0, 20.0), in_hall, OccupancyGrid(0.05, Pose2(), cells)))
     assert len(found) == MAX_VIEWS
-    assert seen <= (2 * REACH_M / STEP_M + 1) ** 2
+    assert seen <= (2 * VIEW_REACH_M / STEP_M + 1) ** 2
     again = list(views(Pose2(20.0, 20.0), in_hall, OccupancyGrid(0.05, Pose2(), cells)))
     assert found == again

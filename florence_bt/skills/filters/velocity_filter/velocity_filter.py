@@ -16,7 +16,7 @@ from florence_bt.core.limits import CheckedParameters, NotNegative, Positive
 HELD_UP_S = 1.0
 """When two steps are further apart, the process was held up and the supervisor has stopped the base meanwhile
 (docs/manual/runtime.md): the next step begins at standstill."""
-WAITED_S = 0.01
+BACKLOG_S = 0.01
 """How long after that commands are refused: those that waited for this process, nobody knows how long, are
 served within milliseconds. Chosen below the period of the steps."""
 
@@ -91,7 +91,7 @@ class VelocityFilter:
             self.rejected += 1
             return False
         held_up = not self.idle and now - self._stepped_at >= HELD_UP_S
-        if self.stopped or held_up or 0.0 <= now - self._held_up_at < WAITED_S:
+        if self.stopped or held_up or 0.0 <= now - self._held_up_at < BACKLOG_S:
             return False
         self._wanted, self._commanded_at = twist, now
         self._steps_at_rest = 0

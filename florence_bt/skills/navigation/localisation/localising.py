@@ -14,11 +14,11 @@ import numpy as np
 
 from florence_bt.core import topic_names
 from florence_bt.core.clock import call_every
-from florence_bt.core.diagnosis import Diagnoses
+from florence_bt.core.diagnosis import DIAGNOSIS_PERIOD_S, Diagnoses
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.limits import CheckedParameters, Finite, Limits, NotNegative
-from florence_bt.core.ports import Fields, NoFields, Ports, Service, Topic
+from florence_bt.core.ports import NOT_SAVED_PERIOD_S, Fields, NoFields, Ports, Service, Topic
 from florence_bt.core.sensing import LaserScan, OccupancyGrid, Odometry, PoseEstimate
 from florence_bt.core.topic_names import INITIAL_POSE as INITIAL_POSE_TOPIC
 from florence_bt.core.topics import DIAGNOSES, MAP, ODOMETRY, SCAN
@@ -30,11 +30,8 @@ from florence_bt.skills.navigation.localisation.quality import diagnosis_of
 from florence_bt.skills.navigation.localisation.saved_pose import load_pose, save_pose
 from florence_bt.skills.navigation.localisation.scan_queue import ScanQueue
 
-DIAGNOSTICS_PERIOD_S = 1.0
 INITIAL_SLACK_M = 1.0
 """So near to something that the map knows the robot may be believed (chosen: it was put down by a mouse)."""
-NOT_SAVED_PERIOD_S = 60.0
-"""Between two warnings that the pose is not kept (chosen: a full disk stays full for a while)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,7 +125,7 @@ class Localising:
             ports.serve(LOSE, self._lose)
         call_every(ports.clock, 1.0 / p.transform_rate, self._send_transform)
         self._diagnoses = ports.output(DIAGNOSES)
-        call_every(ports.clock, DIAGNOSTICS_PERIOD_S, self._send_diagnosis)
+        call_every(ports.clock, DIAGNOSIS_PERIOD_S, self._send_diagnosis)
         if p.pose_file:
             call_every(ports.clock, 1.0 / p.save_pose_rate, self._save_pose)
 

@@ -9,7 +9,7 @@ from florence_bt.core.sensing import LaserScan, Odometry
 from florence_bt.core.transforms import TransformBuffer, TransformUnavailable
 
 _ODOM, _BASE = "odom", "base"
-MOST_WAITING = 10
+MOST_SCANS_WAITING = 10
 """Scans of one source that wait at most; an odometry that is further behind is of no use."""
 
 
@@ -41,7 +41,7 @@ class ScanQueue:
 
     def add_scan(self, source: str, scan: LaserScan) -> None:
         """Queue a scan. Older ones wait on: an odometry that is always late never reaches the newest."""
-        self._waiting.setdefault(source, deque(maxlen=MOST_WAITING)).append(scan)
+        self._waiting.setdefault(source, deque(maxlen=MOST_SCANS_WAITING)).append(scan)
 
     def take_ready(self) -> list[tuple[str, LaserScan, Pose2]]:
         """Return the newest scan of each source whose middle the odometry has reached; drop older ones.

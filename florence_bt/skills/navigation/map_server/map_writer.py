@@ -24,7 +24,9 @@ from florence_bt.skills.navigation.map_server.map_file import (
 )
 
 OCCUPIED_THRESH, FREE_THRESH = 0.65, 0.196
+"""As ROS's map_saver writes them: REFERENCE 7.8."""
 _WHITE, _BLACK = 254, 0
+"""Free and occupied in the picture. Source: REFERENCE 7.8."""
 
 
 def save_map(

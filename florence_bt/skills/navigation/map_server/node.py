@@ -28,7 +28,7 @@ from florence_bt.skills.navigation.map_server.map_writer import FREE_THRESH, OCC
 
 MAP = "map"
 _MAP_TYPE = "nav_msgs/msg/OccupancyGrid"
-MAX_SHOWN = 200
+SHOWN_OF_PATH = 200
 """Characters of a path that a message repeats."""
 
 
@@ -67,7 +67,8 @@ def file_of_url(url: str) -> Path:
     path = Path(url.removeprefix("file://"))
     if not path.is_absolute() or "\0" in url:
         raise ConfigError(
-            f"{url[:MAX_SHOWN]!r} is not the absolute path of a map", valid=["file:///home/me/maps/flat.yaml"]
+            f"{url[:SHOWN_OF_PATH]!r} is not the absolute path of a map",
+            valid=["file:///home/me/maps/flat.yaml"],
         )
     return path
 
@@ -91,10 +92,11 @@ def file_to_save(url: str, folder: str) -> Path:
     try:
         where = path.parent.resolve()
     except (OSError, RuntimeError, ValueError) as error:
-        raise ConfigError(f"{url[:MAX_SHOWN]!r} is no path", valid=[str(inside / "flat.yaml")]) from error
+        raise ConfigError(f"{url[:SHOWN_OF_PATH]!r} is no path", valid=[str(inside / "flat.yaml")]) from error
     if not path.name or not where.is_relative_to(inside):
         raise ConfigError(
-            f"{url[:MAX_SHOWN]!r} is not below the folder of saved maps", valid=[str(inside / "flat.yaml")]
+            f"{url[:SHOWN_OF_PATH]!r} is not below the folder of saved maps",
+            valid=[str(inside / "flat.yaml")],
         )
     return where / path.name
 

@@ -19,7 +19,7 @@ from florence_bt.skills.navigation.mapping.wall_direction import turned
 
 BoolGrid = NDArray[np.bool_]
 
-MARGIN_M = 0.25
+BORDER_M = 0.25
 """Unknown ground that is left around what is known."""
 SPECK_M = 0.1
 """What stands alone on the floor and is no larger is a speck."""
@@ -129,7 +129,7 @@ def _holes(walls: BoolGrid, resolution: float) -> BoolGrid:
     return holes & ~walls
 
 
-def crop(grid: OccupancyGrid, box: tuple[Point, Point] | None = None, margin: float = MARGIN_M) -> Edited:
+def crop(grid: OccupancyGrid, box: tuple[Point, Point] | None = None, margin: float = BORDER_M) -> Edited:
     """Cut a map down; places keep their coordinates.
 
     Args:

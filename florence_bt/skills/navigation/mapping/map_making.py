@@ -14,10 +14,10 @@ import numpy as np
 
 from florence_bt.core import topic_names
 from florence_bt.core.clock import call_every
-from florence_bt.core.diagnosis import Diagnoses, Diagnosis, Severity
+from florence_bt.core.diagnosis import DIAGNOSIS_PERIOD_S, Diagnoses, Diagnosis, Severity
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.limits import CheckedParameters, Limits, NotNegative, Positive
-from florence_bt.core.ports import Ports, Topic
+from florence_bt.core.ports import NOT_SAVED_PERIOD_S, Ports, Topic
 from florence_bt.core.sensing import LaserScan, OccupancyGrid, Odometry
 from florence_bt.core.topics import DIAGNOSES, MAP, ODOMETRY, SCAN
 from florence_bt.core.transforms import Transform3, TransformUnavailable
@@ -26,9 +26,6 @@ from florence_bt.skills.navigation.localisation.scan_queue import ScanQueue
 from florence_bt.skills.navigation.mapping.drive import load_drive, save_drive
 from florence_bt.skills.navigation.mapping.growing_map import GrowingMap, GrowingMapParameters, MapMaker
 
-DIAGNOSTICS_PERIOD_S = 1.0
-NOT_SAVED_PERIOD_S = 600.0
-"""Between two warnings that the drive is not kept (chosen: a full disk stays full for a while)."""
 _MOST_UNDER_WAY = 5
 """Scans that wait or are worked on at most; further ones are left out: the next one says as much. What fails
 stays under way: a map that cannot go on takes nothing any more."""
@@ -125,7 +122,7 @@ class MapMaking:
         ports.listen(BUMPS, self._take_bumps)
         call_every(ports.clock, 1.0 / p.transform_rate, self._send_transform)
         self._diagnoses = ports.output(DIAGNOSES)
-        call_every(ports.clock, DIAGNOSTICS_PERIOD_S, self._send_diagnosis)
+        call_every(ports.clock, DIAGNOSIS_PERIOD_S, self._send_diagnosis)
 
     def close(self) -> None:
         """Keep the drive; nothing is worked on any more."""

@@ -12,6 +12,7 @@ from florence_bt.skills.navigation.navigate._ray_kernels import move_points, to_
 
 Cells = NDArray[np.uint8]
 LETHAL, INSCRIBED, UNKNOWN_COST = 254, 253, 255
+"""Costs as in costmap_2d: REFERENCE 7.4."""
 CLEARABLE = 250
 """In the marks of a camera: what is above something that the laser sees, and is cleared with it. One less for
 each laser scan in a row that has seen nothing there."""

@@ -13,8 +13,11 @@ from numba import njit
 from numpy.typing import NDArray
 
 OBSTACLE = 254
+"""Cost from which on a cell is closed: COST_OBS of Nav2's NavFn."""
 NEUTRAL = 50
+"""What a free cell costs: COST_NEUTRAL of Nav2's NavFn."""
 UNVISITED = 1e10
+"""POT_HIGH of Nav2's NavFn."""
 _SHORTEST = 0.99
 """The steps of a wave make ways up to half a percent shorter than they are."""
 

@@ -29,6 +29,7 @@ from florence_bt.skills.robot_description.footprint import FLORENCE_FOOTPRINT, F
 from florence_bt.skills.robot_description.room import FOOTPRINT_PADDING_M
 
 FREE_COST = 0
+"""As in costmap_2d."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from florence_bt.core.geometry import Point2
-from florence_bt.core.transforms import KEEP_S, TransformBuffer, TransformUnavailable
+from florence_bt.core.transforms import HISTORY_S, TransformBuffer, TransformUnavailable
 from florence_bt.skills.navigation.navigate.navigator import Navigator
 
 _USER_FRAME = "user_"
@@ -21,7 +21,7 @@ def see_people(navigator: Navigator, buffer: TransformBuffer, odom_frame: str, n
         odom_frame: The frame that the navigator knows people in.
         now: Seconds.
     """
-    oldest = now - KEEP_S
+    oldest = now - HISTORY_S
     seen: list[tuple[float, Point2]] = []
     for frame in buffer.frames():
         user_id, stamp = frame.removeprefix(_USER_FRAME), buffer.latest_stamp(frame)

@@ -9,7 +9,7 @@ import numpy as np
 from florence_bt.core.geometry import Point2
 from florence_bt.skills.navigation.navigate.people import People, PeopleParameters
 from florence_bt.skills.navigation.navigate.person_track import PersonTrack
-from florence_bt.skills.navigation.navigate.vacated_cells import FASTEST_MPS
+from florence_bt.skills.navigation.navigate.vacated_cells import FASTEST_WALK_MPS
 
 _STANDING_MPS = 0.2
 """A person who seems to walk slower may stand. Chosen."""
@@ -79,7 +79,7 @@ class PeopleTracks:
 
     def _row(self, track: PersonTrack, now: float) -> tuple[float, ...]:
         assert track.seen is not None
-        share = min(1.0, FASTEST_MPS / track.speed) if track.speed >= _STANDING_MPS else 0.0
+        share = min(1.0, FASTEST_WALK_MPS / track.speed) if track.speed >= _STANDING_MPS else 0.0
         vx, vy = (share * part for part in track.velocity)
         (x, y), age = track.last, max(0.0, now - track.seen)
         return x + vx * age, y + vy * age, vx, vy, self._p.people_distance

@@ -17,7 +17,7 @@ where they were seen. Chosen."""
 _LEFT_M = 0.6
 """Somebody so far away has left a place: body and a step."""
 _STEP_M = 0.1
-FASTEST_MPS = 2.0
+FASTEST_WALK_MPS = 2.0
 """Nobody in a home walks faster; a sighting further away is of somebody else, or a mistake. Chosen."""
 _KEPT_S = 60.0
 """Of a person who was not seen for so long, nothing is known any more."""
@@ -64,7 +64,7 @@ class VacatedCells:
         trail = self._trails.setdefault(user_id, deque())
         passed = stamp - self._seen.get(user_id, stamp)
         self._seen[user_id] = stamp
-        if trail and math.dist(trail[-1], place) > _LEFT_M + FASTEST_MPS * passed:
+        if trail and math.dist(trail[-1], place) > _LEFT_M + FASTEST_WALK_MPS * passed:
             trail.clear()
         if not trail or math.dist(trail[-1], place) >= _STEP_M:
             trail.append(place)

@@ -21,7 +21,7 @@ from florence_page.parts import LiveParts
 if TYPE_CHECKING:
     from florence_page.editor.trial_request import TrialRequest
 
-LOOK_S = 30.0
+TEXT_LOOK_LIMIT_S = 30.0
 """Longest that a look at a text may take; with nothing else to do it is under a second."""
 SCENARIOS_S = 120.0
 """Longest that the scenarios of a mission may take."""
@@ -64,7 +64,7 @@ class Worker:
         limit_s: Longest that an answer may take.
     """
 
-    def __init__(self, limit_s: float = LOOK_S) -> None:
+    def __init__(self, limit_s: float = TEXT_LOOK_LIMIT_S) -> None:
         self._limit_s = limit_s
         self._process: asyncio.subprocess.Process | None = None
         self._turn = asyncio.Lock()

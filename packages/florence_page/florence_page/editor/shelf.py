@@ -21,7 +21,7 @@ from florence_bt.trees.language.vocabulary import IDENTIFIER
 
 DRAFTS, VERSIONS = ".drafts", ".versions"
 """Folders in the own folder; no robot reads missions there."""
-MOST_VERSIONS = 50
+MOST_MISSION_VERSIONS = 50
 """How many old versions of a mission are kept."""
 LONGEST_NAME = 60
 _DATE = "%Y%m%d-%H%M%S-%f"
@@ -198,7 +198,7 @@ class Shelf:
         folder = self.own / VERSIONS / name
         kept = {folder / f"{self._date().strftime(_DATE)}.yaml": text for text in old}
         dates = sorted({*self.versions(name), *(file.stem for file in kept)}, reverse=True)
-        gone = [folder / f"{date}.yaml" for date in dates[MOST_VERSIONS:]]
+        gone = [folder / f"{date}.yaml" for date in dates[MOST_MISSION_VERSIONS:]]
         write_outputs(
             {file: text.encode() for file, text in {**kept, **contents}.items()},
             remove=[*(file for file in done if file.is_file()), *gone],

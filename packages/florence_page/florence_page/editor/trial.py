@@ -37,7 +37,7 @@ from florence_page.pictures import map_picture
 
 FRAME_S = 0.1
 """Wall seconds between two frames."""
-LIMIT_S = 1800.0
+TRIAL_LIMIT_S = 1800.0
 """Simulated seconds after which a mission is stopped."""
 SCAN_STEP = 4
 """One of so many points of a scan is shown."""
@@ -94,11 +94,11 @@ class Trial:
         began = self._began = clock.now()
         next_frame, stopped = begun, False
         while not run.status.final:
-            over = clock.now() - began > LIMIT_S
+            over = clock.now() - began > TRIAL_LIMIT_S
             if (self._stopped.is_set() or over) and not stopped:
                 stopped = True
                 self.rig.executor.stop(
-                    f"not over after {LIMIT_S:.0f} s" if over else "stopped in the editor", run.run_id
+                    f"not over after {TRIAL_LIMIT_S:.0f} s" if over else "stopped in the editor", run.run_id
                 )
             clock.run_next()
             now = time.monotonic()
