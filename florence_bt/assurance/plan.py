@@ -66,17 +66,23 @@ def classes_of(
     return tuple(CodeClass(each) for each in alike.values())
 
 
-def plan_of(mission: Mission, called: Callable[[str], Plan | None], asked: Iterable[str] = ()) -> Plan:
+def plan_of(
+    mission: Mission,
+    called: Callable[[str], Plan | None],
+    asked: Iterable[str] = (),
+    codes: Iterable[str] = (),
+) -> Plan:
     """Find what decides in a mission.
 
     Args:
         mission: The mission.
         called: Gives the plan of a mission that is called.
-        asked: Keys that somebody else asks for, such as the author's properties.
+        asked: Keys that somebody else asks for.
+        codes: Codes that somebody else tells apart, such as the author's properties.
     """
     deciding, needed = set(asked), set[str]()
     flows: list[tuple[str, frozenset[str]]] = []
-    words: set[str] = set()
+    words = set(codes)
     for node in mission.nodes():
         for expression in node.expressions:
             deciding.update(expression.keys)

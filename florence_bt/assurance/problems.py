@@ -11,6 +11,7 @@ from py_trees.composites import Parallel
 from florence_bt.assurance.explorer import Edge, Graph
 from florence_bt.assurance.paths import by_itself, circles, is_circle, shortest
 from florence_bt.assurance.plan import codes_behind
+from florence_bt.assurance.properties import Property, way_that_breaks
 from florence_bt.assurance.verifier import Explored, Verifier
 from florence_bt.assurance.world import SUCCEEDED, Happening
 from florence_bt.behaviours.composites import ReactiveSelector, ReactiveSequence
@@ -74,6 +75,8 @@ def problems_of(explored: Explored, verifier: Verifier) -> list[Problem]:
         *_outputs(explored),
         *_codes(explored, verifier),
     ]
+    if not explored.way:
+        found += _properties(explored, verifier)
     if not explored.graph.unexplored and not explored.way:
         found += _never_reached(explored, verifier)
     return found
@@ -279,6 +282,26 @@ def _codes(explored: Explored, verifier: Verifier) -> Iterator[Problem]:
         )
         text = f"it can fail with {code}, which the check does not foresee"
         yield Problem("unforeseen_code", BROKEN, text, None, tuple(way or ()), code)
+
+
+def _properties(explored: Explored, verifier: Verifier) -> Iterator[Problem]:
+    """Find what the author wants to hold, and does not."""
+    for each in verifier.properties(explored.mission):
+        way = way_that_breaks(each, explored.graph)
+        if way is not None:
+            text = each.because or f"it does not hold that: {each.text}"
+            yield Problem(each.word, BROKEN, text, None, way, _about(each))
+
+
+def _about(wanted: Property) -> str:
+    match wanted.word:
+        case "at_most":
+            return f"{wanted.first.who} {wanted.most}"
+        case "after" if wanted.then is not None:
+            return f"{wanted.first.who} {wanted.then.who}"
+        case "always_before" if wanted.then is not None:
+            return f"{wanted.then.who} {wanted.first.who}"
+    return wanted.first.who
 
 
 # ---- what is never reached ------------------------------------------------------------------------------

@@ -10,7 +10,7 @@ from florence_bt.assurance.problems import Problem
 from florence_bt.assurance.replay import A_MOMENT_S, Call, Replayed, replay
 from florence_bt.assurance.skills import witness_result
 from florence_bt.assurance.values import Values, find_values, known
-from florence_bt.assurance.verifier import Explored
+from florence_bt.assurance.verifier import Explored, skills_used_by
 from florence_bt.core.declaration import Kind, Port, SkillDeclaration
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
@@ -171,7 +171,7 @@ def _ending(result: Any, declaration: SkillDeclaration, values: Values) -> str:
 def _others(explored: Explored, played: Replayed) -> dict[str, str]:
     """Return scripts for the skills that the way does not use, and the mission may use afterwards."""
     used = {call.skill for call in played.calls}
-    skills = explored.skills_used() - used
+    skills = skills_used_by(explored.mission) - used
     declarations = explored.world.declarations
     return {
         skill: _ending(witness_result(declarations[skill]), declarations[skill], {})
@@ -194,13 +194,21 @@ def _expected(explored: Explored, problem: Problem, played: Replayed) -> str | N
     """Return what the scenario expects, and does not find; None: there is no way to say it."""
     match problem.kind:
         case "left_on":
-            return _switched_off(problem.about, played, explored.skills_used())
+            return _switched_off(problem.about, played, skills_used_by(explored.mission))
         case "endless" | "endless_retry" | "stuck":
             return "{status: SUCCEEDED}"
         case "no_output":
             port = explored.mission.outputs[problem.about]
             result = witness_result(SkillDeclaration("", "", outputs={"it": port})).outputs["it"]
             return f"{{outputs: {{{problem.about}: {_quoted(_written(result, port))}}}}}"
+        case "never":
+            return "{status: SUCCEEDED}" if problem.about == "it" else f"{{not_called: {problem.about}}}"
+        case "at_most":
+            skill, most = problem.about.split()
+            return f"{{called: {{{skill}: {most}}}}}"
+        case "after" | "always_before":
+            first, then = problem.about.split()
+            return f"{{calls: [{first}, {then}]}}" if "it" not in (first, then) else None
         case "unforeseen_code":
             return "{status: SUCCEEDED}"
         case "missing_key" | "bad_expression" | "bad_input" | "bad_output":

@@ -173,6 +173,10 @@ class Outputs(Unchanging):
         return self._facts.new(port.kind, witness_for(port), port.choices)
 
 
+_LATER = End("later")
+"""Stands for an end that comes after the start."""
+
+
 class AnySkill(Unchanging):
     """A skill that may end in every way.
 
@@ -199,6 +203,9 @@ class AnySkill(Unchanging):
         """Begin a run at a node; one that answers at once has ended."""
         if self._declaration.instant:
             end = self._choose(path, self._declaration, self._ends)
+            return FinishedRun(self._outputs.result_of(self._declaration, end))
+        end = self._choose(path, self._declaration, (_LATER, *self._ends))
+        if end is not _LATER:
             return FinishedRun(self._outputs.result_of(self._declaration, end))
         return OpenEnd(self._ends, self._declaration, path)
 

@@ -93,6 +93,7 @@ class StateKeys:
         self._timers: Mapping[int, tuple[float, int]] = {}
         self._symbols: dict[Term, int] = {}
         self._horizon = math.inf
+        self._why: dict[Behaviour, Why] = {}
         self._keepers = {id(node): _keeps(node) for node in root.iterate()}
 
     def make(self, *more: Any) -> tuple[Any, ...]:
@@ -102,6 +103,7 @@ class StateKeys:
             more: What else decides how it goes on.
         """
         self._timers = self._pending()
+        self._why = {}
         self._symbols = {}
         context = self._context
         trees = [self._root, *(each.tree for each in context.beside)]
@@ -187,7 +189,7 @@ class StateKeys:
     def _ended(self, node: Behaviour) -> Any:
         """Return what counts of a node that has ended."""
         if node.status is Status.FAILURE:
-            why = explain(node)
+            why = explain(node, self._why)
             return (why.code if why is not None else "", was_skipped(node))
         return node.status is Status.SUCCESS and was_skipped(node)
 

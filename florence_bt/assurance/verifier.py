@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from florence_bt.assurance.called import CalledMission, Summary, WayOfCalling, as_skill, summary_of
 from florence_bt.assurance.explorer import Graph, Limits, explore
 from florence_bt.assurance.plan import Plan, plan_of
+from florence_bt.assurance.properties import Property, codes_of, properties_beside
 from florence_bt.assurance.snapshot import Snapshot
 from florence_bt.assurance.world import World
 from florence_bt.core.declaration import Kind, SkillDeclaration
@@ -19,7 +20,7 @@ from florence_bt.trees.language.analysis import Analysis
 from florence_bt.trees.language.loader import MissionLibrary
 from florence_bt.trees.language.model import Mission
 
-PRECISE_STEPS = 8_000
+PRECISE_STEPS = 2_000
 """How many steps a mission may have with every timer firing when it is due."""
 COARSE_S = 5.0
 """Beyond that, timers that take longer than this may fire at any moment."""
@@ -43,13 +44,14 @@ class Explored:
     graph: Graph
     start: Snapshot
 
-    def skills_used(self) -> set[str]:
-        """Return the skills that the mission uses, and the missions that it calls."""
-        return {
-            node.skill if isinstance(node, kinds.RunSkill) else node.mission.text
-            for node in self.mission.nodes()
-            if isinstance(node, (kinds.RunSkill, kinds.CallMission))
-        }
+
+def skills_used_by(mission: Mission) -> set[str]:
+    """Return the skills that a mission uses, and the missions that it calls, which count as skills."""
+    return {
+        node.skill if isinstance(node, kinds.RunSkill) else node.mission.text
+        for node in mission.nodes()
+        if isinstance(node, (kinds.RunSkill, kinds.CallMission))
+    }
 
 
 class Verifier:
@@ -72,6 +74,7 @@ class Verifier:
         self._limits = limits or Limits()
         self.analysis = Analysis(library, self.declarations)
         self._called_s = 0.0
+        self._properties: dict[str, tuple[Property, ...]] = {}
         self._plans: dict[str, Plan] = {}
         self._explored: dict[tuple[str, WayOfCalling], Explored] = {}
         self._summaries: dict[tuple[str, WayOfCalling], Summary] = {}
@@ -102,8 +105,20 @@ class Verifier:
             if mission is None:
                 return None
             truths = [each for each, port in mission.outputs.items() if port.kind is Kind.BOOLEAN]
-            self._plans[name] = plan_of(mission, self.plan, truths)
+            self._plans[name] = plan_of(mission, self.plan, truths, codes_of(self.properties(mission)))
         return self._plans[name]
+
+    def properties(self, mission: Mission) -> tuple[Property, ...]:
+        """Return what its author wants to hold of a mission.
+
+        Raises:
+            ConfigError: The file beside it is wrong.
+        """
+        if mission.name not in self._properties:
+            names = skills_used_by(mission)
+            found = properties_beside(mission.file, names, self.analysis.groups)
+            self._properties[mission.name] = found
+        return self._properties[mission.name]
 
     def _own_time(self) -> float:
         """Return a time in seconds that stands still while missions are explored that are called."""

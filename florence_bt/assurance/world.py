@@ -29,7 +29,7 @@ from florence_bt.behaviours.keys import KeyStore
 from florence_bt.behaviours.pacing import Timeout
 from florence_bt.behaviours.run_skill import RunSkill
 from florence_bt.behaviours.ticking import Ticker
-from florence_bt.behaviours.why import explain, path_of
+from florence_bt.behaviours.why import Why, explain, path_of
 from florence_bt.core.clock import ManualTimer
 from florence_bt.core.declaration import Port, SkillDeclaration
 from florence_bt.core.outcome import Result
@@ -568,6 +568,7 @@ class World(Unchanging):
                     self._wrong(path_of(node), f"resource {node.skill} {holder.skill}")
 
     def _look_at_changes(self) -> None:
+        known: dict[Behaviour, Why] = {}
         for node, _, new in self._ticker.changes:
             origin = origin_of(node)
             own = getattr(node, "result", None) if new is Status.FAILURE else None
@@ -581,7 +582,7 @@ class World(Unchanging):
             if new is Status.SUCCESS:
                 self.seen.succeeded.add(origin.node)
             elif new is Status.FAILURE and node.status is Status.FAILURE:
-                why = explain(node)
+                why = explain(node, known)
                 if why is not None:
                     self.seen.codes.setdefault(origin.node, set()).add(why.code)
 

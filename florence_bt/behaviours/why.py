@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from itertools import takewhile
-from typing import Protocol, runtime_checkable
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
@@ -37,32 +36,6 @@ class Why:
     path: str
     code: str
     reason: str
-
-
-@runtime_checkable
-class ExtendsReason(Protocol):
-    """A decorator that adds to the reason of its child, such as a retry."""
-
-    def extend_reason(self, why: Why) -> Why:
-        """Extend the child's failure by what this node knows about it."""
-
-
-@runtime_checkable
-class PointsToCause(Protocol):
-    """A composite that knows which child a failure comes from, such as an ``if``."""
-
-    @property
-    def cause(self) -> Behaviour | None:
-        """The child, or None when the node itself failed."""
-
-
-@runtime_checkable
-class KeepsFailure(Protocol):
-    """A node that fails with what has failed before, such as a ``once``."""
-
-    @property
-    def kept(self) -> Why | None:
-        """Tell why it failed the first time; the leaf of that time is still the cause."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,6 +84,10 @@ def remember_failure(node: Behaviour, why: Why | None) -> None:
 def explain(root: Behaviour, known: dict[Behaviour, Why] | None = None) -> Why | None:
     """Find the cause of a failure in a tree, or a part of one, that has just finished.
 
+    A node may have attributes that tell more: ``cause``, the child that a failure comes from, such as the
+    branch of an ``if`` (None when the node itself failed); ``kept``, the failure of an earlier time that it
+    fails with again, such as a ``once``; ``extend_reason``, which adds to the reason of its child, as a retry.
+
     A decorator points to its child, a sequence and a parallel to the child that failed, a selector to the
     last child that failed; its reason says why the others failed too.
 
@@ -135,12 +112,12 @@ def explain(root: Behaviour, known: dict[Behaviour, Why] | None = None) -> Why |
 
 
 def _cause(node: Behaviour, known: dict[Behaviour, Why]) -> Why:
-    own: Result | None = getattr(node, "result", None)  # asking for the protocol takes ten times as long
+    own: Result | None = getattr(node, "result", None)
     if own is not None and not own.succeeded:
-        if isinstance(node, KeepsFailure) and node.kept is not None:
-            return node.kept
-        return Why(path_of(node), own.code, own.reason)
-    children = [node.cause] if isinstance(node, PointsToCause) and node.cause is not None else node.children
+        kept: Why | None = getattr(node, "kept", None)
+        return kept if kept is not None else Why(path_of(node), own.code, own.reason)
+    cause: Behaviour | None = getattr(node, "cause", None)
+    children = [cause] if cause is not None else node.children
     failed = [child for child in children if child.status is Status.FAILURE]
     if not failed:
         return Why(path_of(node), "failed", node.feedback_message or f"{node.name} failed")
@@ -148,7 +125,8 @@ def _cause(node: Behaviour, known: dict[Behaviour, Why]) -> Why:
         why = _of_all(node, failed[-1], known)
     else:
         why = _why(failed[0], known)
-    return node.extend_reason(why) if isinstance(node, ExtendsReason) else why
+    extend: Callable[[Why], Why] | None = getattr(node, "extend_reason", None)
+    return extend(why) if extend is not None else why
 
 
 def _of_all(selector: Selector, last: Behaviour, known: dict[Behaviour, Why]) -> Why:

@@ -14,6 +14,9 @@ WALKS = (ROOT / "docs" / "notes" / "walks.md").read_text(encoding="utf-8")
 QUOTED = sorted(set(re.findall(r"`([^`\n]+)`", TEXT + WALKS)))
 
 
+FUNCTIONS = ast.FunctionDef | ast.AsyncFunctionDef
+
+
 def methods(classes: set[str]) -> set[str]:
     """The methods of the classes with these names, as ``Class.method``."""
     found = set()

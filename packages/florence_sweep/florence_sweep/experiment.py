@@ -12,9 +12,9 @@ from typing import Any
 from florence_bt.core.declaration import Kind
 from florence_bt.core.errors import ConfigError, closest_first, raise_all
 from florence_bt.core.plain_yaml import YamlMapping, YamlNode, YamlScalar, parse_yaml
-from florence_bt.core.settings_file import SettingsReader, ValueReader
 from florence_bt.core.text_files import decode, read_bytes
 from florence_bt.core.units import UNITS
+from florence_bt.core.yaml_reader import ValueReader, YamlReader
 from florence_bt.simulation.rig.wires import Link
 from florence_bt.simulation.sensors.base_noise import BaseNoiseParameters
 from florence_bt.simulation.sensors.kinect_sensor import KinectNoiseParameters
@@ -156,7 +156,7 @@ def read_experiment(text: str, file: Path) -> Experiment:
     return _Reader(file).experiment(text)
 
 
-class _Reader(SettingsReader):
+class _Reader(YamlReader):
     def __init__(self, file: Path) -> None:
         self._errors: list[ConfigError] = []
         super().__init__(file, self._errors)
@@ -165,8 +165,8 @@ class _Reader(SettingsReader):
         """Read the whole file."""
         entries = self.mapping(parse_yaml(text.encode(), self.file), _KEYS, ["mission"])
         setup = self._setup(entries, Setup(mission=""))
-        runs = self.value(entries, "runs", self._count, 10)
-        seed = self.value(entries, "seed", self._count, 1)
+        runs = self.value(entries, "runs", self._positive, 10)
+        seed = self.value(entries, "seed", self._positive, 1)
         name = self.value(entries, "experiment", self.text, self.file.stem)
         none: list[list[tuple[str, Setup]]] = []
         axes = self.value(entries, "vary", lambda node, name: self._axes(node, setup), none)
@@ -225,7 +225,7 @@ class _Reader(SettingsReader):
             for number, node in enumerate(self.sequence(values, key.text), 1)
         ]
 
-    def _count(self, node: YamlNode, name: str) -> int:
+    def _positive(self, node: YamlNode, name: str) -> int:
         number = self.number(node, name, ["a whole number, 1 or more"])
         if number < 1 or number != int(number):
             raise self.error(f"{name} is {number:g}", node, valid=["a whole number, 1 or more"])
