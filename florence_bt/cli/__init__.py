@@ -26,7 +26,7 @@ VERBS = {
     "page": ("page",),
     "places": ("hotspot", "where"),
     "recording": ("record",),
-    "replaying": ("replay",),
+    "replaying": ("replay", "diff"),
     "robot": ("init", "doctor", "calibrate", "teleop", "kinect"),
     "runs": (
         "run",

@@ -1,4 +1,4 @@
-"""Verbs about recorded runs that are run again: replay."""
+"""Verbs about recorded runs that are run again or compared: replay, diff."""
 
 from __future__ import annotations
 
@@ -53,5 +53,23 @@ def replay(
     from florence_bt.app.runs.check_run import check_run
 
     same, text = check_run(folder, run, missions or ())
+    tell(text)
+    raise typer.Exit(OK if same else FAILED)
+
+
+@app.command(
+    rich_help_panel="Runs",
+    epilog="Example: florence diff 20240501T101500Z-003-goto_user 20240501T111500Z-004-goto_user\n\n"
+    f"{EXIT_CODES}",
+)
+def diff(
+    first: Annotated[str, typer.Argument(metavar="RUN", help="A run's id.")],
+    second: Annotated[str, typer.Argument(metavar="RUN", help="Another run's id.")],
+    folder: RunsFolder = None,
+) -> None:
+    """Say where two recorded runs part, and why."""
+    from florence_bt.app.runs.diff_runs import diff_runs
+
+    same, text = diff_runs(folder, first, second)
     tell(text)
     raise typer.Exit(OK if same else FAILED)
