@@ -22,8 +22,8 @@ RunsFolder = Annotated[
 
 @app.command(
     rich_help_panel="Runs",
-    epilog="Examples: florence replay --check; florence replay --check --missions my_missions\n\n"
-    f"{EXIT_CODES}",
+    epilog="Examples: florence replay; florence replay --check; "
+    f"florence replay --check --missions my_missions\n\n{EXIT_CODES}",
 )
 def replay(
     run: Annotated[str, typer.Argument(help="A run's id.", show_default="the latest run")] = "",
@@ -40,7 +40,10 @@ def replay(
     missions: FolderOption = None,
     folder: RunsFolder = None,
 ) -> None:
-    """Run a recorded mission again, on what its skills answered then."""
+    """Run a recorded mission again, on what its skills answered then, and show it step by step.
+
+    In a terminal keys go forwards and backwards, and to the failures; elsewhere the steps are printed.
+    """
     if check and to_scenario is not None:
         raise ConfigError("--check and --to-scenario are two commands", valid=["one of them"])
     if to_scenario is not None:
@@ -48,13 +51,19 @@ def replay(
 
         tell(run_to_scenario(folder, run, to_scenario, missions or ()))
         raise typer.Exit(OK)
-    if not check:
-        raise ConfigError("it is not said what to do with the run", valid=["--check", "--to-scenario FILE"])
-    from florence_bt.app.runs.check_run import check_run
+    if check:
+        from florence_bt.app.runs.check_run import check_run
 
-    same, text = check_run(folder, run, missions or ())
-    tell(text)
-    raise typer.Exit(OK if same else FAILED)
+        same, text = check_run(folder, run, missions or ())
+        tell(text)
+        raise typer.Exit(OK if same else FAILED)
+    from rich.console import Console
+
+    from florence_bt.app.runs.film import Film
+    from florence_bt.app.runs.film_screen import show_film
+    from florence_bt.app.runs.recorded_mission import read_recorded_mission
+
+    show_film(Film(read_recorded_mission(folder, run, missions or ())), Console())
 
 
 @app.command(
