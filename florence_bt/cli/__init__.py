@@ -25,7 +25,7 @@ VERBS = {
     "missions": ("missions", "check", "draw", "schema"),
     "places": ("hotspot", "where"),
     "recording": ("record",),
-    "replaying": ("replay",),
+    "replaying": ("replay", "diff"),
     "robot": ("init", "doctor", "calibrate", "teleop", "kinect"),
     "runs": (
         "run",

@@ -1,4 +1,4 @@
-"""Verbs about recorded runs that are run again: replay."""
+"""Verbs about recorded runs that are run again or compared: replay, diff."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ RunsFolder = Annotated[
 
 @app.command(
     rich_help_panel="Runs",
-    epilog="Examples: florence replay --check; florence replay --check --missions my_missions\n\n"
-    f"{EXIT_CODES}",
+    epilog="Examples: florence replay; florence replay --check; "
+    f"florence replay --check --missions my_missions\n\n{EXIT_CODES}",
 )
 def replay(
     run: Annotated[str, typer.Argument(help="A run's id.", show_default="the latest run")] = "",
@@ -40,7 +40,10 @@ def replay(
     missions: FolderOption = None,
     folder: RunsFolder = None,
 ) -> None:
-    """Run a recorded mission again, on what its skills answered then."""
+    """Run a recorded mission again, on what its skills answered then, and show it step by step.
+
+    In a terminal keys go forwards and backwards, and to the failures; elsewhere the steps are printed.
+    """
     if check and to_scenario is not None:
         raise ConfigError("--check and --to-scenario are two commands", valid=["one of them"])
     if to_scenario is not None:
@@ -48,10 +51,34 @@ def replay(
 
         tell(run_to_scenario(folder, run, to_scenario, missions or ()))
         raise typer.Exit(OK)
-    if not check:
-        raise ConfigError("it is not said what to do with the run", valid=["--check", "--to-scenario FILE"])
-    from florence_bt.app.runs.check_run import check_run
+    if check:
+        from florence_bt.app.runs.check_run import check_run
 
-    same, text = check_run(folder, run, missions or ())
+        same, text = check_run(folder, run, missions or ())
+        tell(text)
+        raise typer.Exit(OK if same else FAILED)
+    from rich.console import Console
+
+    from florence_bt.app.runs.film import Film
+    from florence_bt.app.runs.film_screen import show_film
+    from florence_bt.app.runs.recorded_mission import read_recorded_mission
+
+    show_film(Film(read_recorded_mission(folder, run, missions or ())), Console())
+
+
+@app.command(
+    rich_help_panel="Runs",
+    epilog="Example: florence diff 20240501T101500Z-003-goto_user 20240501T111500Z-004-goto_user\n\n"
+    f"{EXIT_CODES}",
+)
+def diff(
+    first: Annotated[str, typer.Argument(metavar="RUN", help="A run's id.")],
+    second: Annotated[str, typer.Argument(metavar="RUN", help="Another run's id.")],
+    folder: RunsFolder = None,
+) -> None:
+    """Say where two recorded runs part, and why."""
+    from florence_bt.app.runs.diff_runs import diff_runs
+
+    same, text = diff_runs(folder, first, second)
     tell(text)
     raise typer.Exit(OK if same else FAILED)

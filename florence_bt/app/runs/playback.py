@@ -10,9 +10,8 @@ from typing import Any
 
 from florence_bt.app.runs.journal_view import journal_folder
 from florence_bt.core.errors import ConfigError
-from florence_bt.runtime.events import EventKind
 from florence_bt.runtime.journal import JournaledEvent, JournaledRun, JournalReader
-from florence_bt.runtime.journal.text import ReachedNode, reached_nodes, with_one_clock
+from florence_bt.runtime.journal.text import ReachedNode, event_words, reached_nodes, with_one_clock
 
 MOST_EVENTS = 20_000
 """Events of one run that can be looked at, its first ones: chosen for the memory of a small computer."""
@@ -81,7 +80,7 @@ class Playback:
         """Return how the run stood after one of its steps, the first one being 0."""
         time, events, points = self._steps[min(max(number, 0), len(self._steps) - 1)]
         begun = self._events[:events]
-        return Moment(time - begun[0].time, _words(begun[-1]), reached_nodes(begun), points)
+        return Moment(time - begun[0].time, event_words(begun[-1]), reached_nodes(begun), points)
 
 
 def _steps(events: Sequence[float], points: Sequence[float]) -> Iterator[tuple[float, int, int]]:
@@ -97,19 +96,6 @@ def _steps(events: Sequence[float], points: Sequence[float]) -> Iterator[tuple[f
 def _points(path: Any) -> Iterator[tuple[float, Point]]:
     for time, x, y, yaw in path:
         yield float(time), (float(x), float(y), float(yaw))
-
-
-def _words(event: JournaledEvent) -> str:
-    because = f": {event.reason}" if event.reason else ""
-    node = " › ".join(event.node.split("/")[-2:])  # many are called sequence
-    if event.kind == EventKind.NODE.value:
-        return f"{node}: {event.new.lower()}{f' — {event.reason}' if event.reason else ''}"
-    if event.kind == EventKind.SKILL_STARTED.value:
-        return f"{node}: {event.skill} begins"
-    if event.kind == EventKind.SKILL_ENDED.value:
-        return f"{node}: {event.skill} ends, {event.code}{because}"
-    how = f" {event.new.lower()}" if event.kind == EventKind.ENDED.value else ""
-    return f"the run {event.kind.replace('_', ' ')}{how}{because}"
 
 
 def read_playback(folder: Path | None, run_id: str) -> Playback:

@@ -101,6 +101,20 @@ def timeline_rows(
     return rows
 
 
+def event_words(event: JournaledEvent) -> str:
+    """Say what an event is, in one line."""
+    because = f": {event.reason}" if event.reason else ""
+    node = " › ".join(event.node.split("/")[-2:])  # many are called sequence
+    if event.kind == EventKind.NODE.value:
+        return f"{node}: {event.new.lower()}{f' — {event.reason}' if event.reason else ''}"
+    if event.kind == EventKind.SKILL_STARTED.value:
+        return f"{node}: {event.skill} begins"
+    if event.kind == EventKind.SKILL_ENDED.value:
+        return f"{node}: {event.skill} ends, {event.code}{because}"
+    how = f" {event.new.lower()}" if event.kind == EventKind.ENDED.value else ""
+    return f"the run {event.kind.replace('_', ' ')}{how}{because}"
+
+
 def with_one_clock(events: Iterable[JournaledEvent]) -> Iterator[JournaledEvent]:
     """Yield the events on the first process's clock: each process after a crash has its own."""
     behind = 0.0

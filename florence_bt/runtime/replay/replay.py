@@ -214,14 +214,24 @@ class Replay:
         return Replayed(self.tree, self.over)
 
     def to_the_end(self) -> None:
-        """Replay all moments, and compare the end; that of a run that was given up after a crash is none.
+        """Replay all moments, and compare the end.
 
         Raises:
             ReplayDiverged: A moment, or the end, is another one than the journal says.
         """
+        for _ in self.steps():
+            pass
+
+    def steps(self) -> Iterator[Moment]:
+        """Replay all moments, and yield each when it is done; the end of a run that was given up is none.
+
+        Raises:
+            ReplayDiverged: As :meth:`to_the_end`.
+        """
         for moment in self.moments:
             if moment.events[0].new != RunStatus.ABORTED.value:
                 self.step(moment)
+            yield moment
 
     def step(self, moment: Moment) -> None:
         """Replay the next moment.
