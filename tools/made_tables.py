@@ -105,7 +105,7 @@ FIGURES: tuple[Figures, ...] = (
         "tools/trials.py",
         "--runs 30 --first 980001 --jobs 1 --drawn",
         "--runs 1 --classes nobody --limit 5 --jobs 1 --drawn",
-        ("tools/trials.py", "tools/best_case.py", *_MISSIONS),
+        ("tools/trials.py", "packages/florence_sweep/florence_sweep/best_case.py", *_MISSIONS),
     ),
     Figures(
         "notes/trials.md",
@@ -113,7 +113,7 @@ FIGURES: tuple[Figures, ...] = (
         "tools/trials.py",
         "--runs 30 --first 980001 --jobs 1 --late 0.15",
         "--runs 1 --classes nobody --limit 5 --jobs 1 --late 0.15",
-        ("tools/trials.py", "tools/best_case.py", *_MISSIONS),
+        ("tools/trials.py", "packages/florence_sweep/florence_sweep/best_case.py", *_MISSIONS),
     ),
     Figures(
         "notes/trials.md",

@@ -144,7 +144,7 @@ class _PictureOutput(Generic[T]):
 
     @property
     def listeners(self) -> int:
-        """How many have subscribed to either."""
+        """The number of those that have subscribed to either."""
         return int(self._images.get_subscription_count() + self._cameras.get_subscription_count())
 
     def send(self, picture: Picture[T]) -> None:

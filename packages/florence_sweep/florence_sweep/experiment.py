@@ -45,7 +45,7 @@ class SkillFault:
 
 @dataclass(frozen=True, slots=True)
 class Setup:
-    """What one run is set up with.
+    """The setup of one run.
 
     Attributes:
         mission: Its name.

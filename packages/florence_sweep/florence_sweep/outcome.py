@@ -24,7 +24,7 @@ NOT_RUN, BROKEN = "NOT_RUN", "BROKEN"
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What came of one case.
+    """The outcome of one case.
 
     Attributes:
         number: Of the case.
@@ -73,7 +73,7 @@ class Outcome:
 
     @property
     def was_run(self) -> bool:
-        """Whether there was a run."""
+        """Tell whether there was a run."""
         return self.status not in (NOT_RUN, BROKEN)
 
     def without_wall(self) -> str:
@@ -85,7 +85,7 @@ class Outcome:
 
 @dataclass(frozen=True, slots=True)
 class Meeting:
-    """How the robot really stood to somebody in the end.
+    """The pose of the robot towards somebody in the end, as it really was.
 
     Attributes:
         end: The distance, and how far it looked past them.

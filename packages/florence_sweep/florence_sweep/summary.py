@@ -116,7 +116,7 @@ class Compared:
 
     @property
     def chance(self) -> float:
-        """How likely chance alone parts the pairs so unevenly or more."""
+        """The probability that chance alone parts the pairs so unevenly or more."""
         return mcnemar(self.gained, self.lost)
 
 

@@ -38,7 +38,7 @@ class HeardPorts(WiredPorts):
     """Ports that keep the warnings."""
 
     def __init__(self, wires: Wires, node: str) -> None:
-        super().__init__(wires, node)
+        super().__init__(wires, node, {})
         self.warnings: list[str] = []
 
     def warn(self, text: str, about: Hashable = None) -> None:
