@@ -20,14 +20,14 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from florence_sweep.best_case import BestCase, best_case
+from florence_sweep.outcome import LOOK_S, description, is_false, is_polite, met
 
 from florence_bt.app.bringup.config import load_config
 from florence_bt.app.bringup.options import ABSENT
 from florence_bt.app.demo.rigs import make_rig
 from florence_bt.core.errors import FlorenceError, closest_first
-from florence_bt.core.geometry import Pose2
 from florence_bt.runtime.run import RunStatus
-from florence_bt.simulation.home.closeness import POLITE_DISTANCE_M, Closeness, closeness
+from florence_bt.simulation.home.closeness import Closeness, closeness
 from florence_bt.simulation.home.flat import Flat
 from florence_bt.simulation.home.generate import choose_flat
 from florence_bt.simulation.home.person import PersonSpec
@@ -49,14 +49,8 @@ CLASSES = {
 }
 """Name -> what it is. All but the first are in generated homes."""
 
-NEAR_M = 0.8
-"""Whoever is found further than this from every place where the person was is not the person."""
-
 LONGEST_S = 600.0
 """Simulated seconds that a run may take."""
-
-LOOK_S = 2.0
-"""The shortest look: the pause before it and five pictures (``detect_user``, ``LookParameters``)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,7 +95,7 @@ class Trial:
         """The mission succeeded, and the robot stands at the polite distance and looks at the person."""
         if self.status is not RunStatus.SUCCEEDED or self.end is None:
             return False
-        return _is_polite(self.end, self.best_case)
+        return is_polite(self.end, self.best_case)
 
     @property
     def good(self) -> bool:
@@ -174,20 +168,20 @@ def run_trial(
     if all(spec.posture != "walking" for spec in people):
         rig.clock.advance(1.0)
     ends = {spec.name: closeness(rig.world.robot_pose, rig.world.person_pose(spec.name)) for spec in people}
-    met = _met(ends, best_cases)
-    people.sort(key=lambda spec: (spec.name != met, ends[spec.name].distance))
-    best = best_cases.get(met)
+    who = met(ends, best_cases)
+    people.sort(key=lambda spec: (spec.name != who, ends[spec.name].distance))
+    best = best_cases.get(who)
     speed = navigator_parameters(load_config()).controller.max_vel_x
     return Trial(
         situation=situation,
         seed=seed,
         room=sent_to,
-        person="; ".join(map(_description, people)) or "nobody",
+        person="; ".join(map(description, people)) or "nobody",
         best_case=best,
         status=run.status,
         reason=run.reason,
-        end=ends.get(met),
-        false_find=any(_is_false(found, people) for found in rig.found),
+        end=ends.get(who),
+        false_find=any(is_false(found, people) for found in rig.found),
         contacts=tuple(contact.name for contact in rig.world.contacts),
         simulated=run.ended - run.started,
         ideal=best.way / speed + LOOK_S if best is not None and best.way is not None else None,
@@ -201,49 +195,6 @@ def _people_in(situation: str, flat: Flat, rng: np.random.Generator) -> list[Per
     if situation == "nobody":
         return []
     return company_in(flat, rng) if situation == "company" else [person_in(situation, flat, rng)]
-
-
-def _is_polite(end: Closeness, best: BestCase | None) -> bool:
-    """Tell whether the robot stands before a person as it should, as near as can be."""
-    nearest = best.distance if best is not None else None
-    # Where the truth knows no way, the robot may have found one: it needs less room than a disc.
-    return end.polite_at(POLITE_DISTANCE_M if nearest is None else nearest)
-
-
-def _met(ends: Mapping[str, Closeness], best_cases: Mapping[str, BestCase]) -> str:
-    """Tell before whom the robot stands, empty without people: others may have come nearer meanwhile."""
-    return min(
-        ends,
-        key=lambda name: (not _is_polite(ends[name], best_cases[name]), ends[name].distance),
-        default="",
-    )
-
-
-def _description(spec: PersonSpec) -> str:
-    where = {"seated": " on furniture", "lying": " in bed" if spec.surface else " on the floor"}
-    things = "".join(f", with a {value}" for value in (spec.aid, spec.load) if value != "none")
-    return f"{spec.posture}{where.get(spec.posture, '')}, {spec.height:.2f} m{things}"
-
-
-def _is_false(found: Pose2, people: Sequence[PersonSpec]) -> bool:
-    """Tell whether somebody was found where nobody has ever been."""
-    return all(_distance_to_places((found.x, found.y), spec) > NEAR_M for spec in people)
-
-
-def _distance_to_places(point: tuple[float, float], spec: PersonSpec) -> float:
-    """Return how far a point is from where a person is, or from the way that they walk; metres."""
-    points = [(spec.pose.x, spec.pose.y), *spec.route]
-    return min(_distance_to_leg(point, a, b) for a, b in zip(points, points[1:] or points, strict=False))
-
-
-def _distance_to_leg(
-    point: tuple[float, float], start: tuple[float, float], end: tuple[float, float]
-) -> float:
-    along = (end[0] - start[0], end[1] - start[1])
-    length = along[0] ** 2 + along[1] ** 2
-    part = ((point[0] - start[0]) * along[0] + (point[1] - start[1]) * along[1]) / length if length else 0.0
-    part = min(1.0, max(0.0, part))
-    return math.dist(point, (start[0] + part * along[0], start[1] + part * along[1]))
 
 
 SUMMARY = ["class", "runs", "could be seen", "approached politely", "wrong success", "contacts"]

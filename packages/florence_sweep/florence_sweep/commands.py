@@ -94,7 +94,7 @@ def sweep(
         results = Results.of(experiment, out or Path("sweeps") / f"{experiment.name}{_RESULTS}")
         _run_all(experiment, results, jobs or len(os.sched_getaffinity(0)), dask)
     other = Results(beside) if beside is not None else None
-    _print_tables(results, other)
+    _print_tables(experiment, results, other)
     if page is not None:
         _write_page(page, experiment, results, other)
     broken = [each for each in results.outcomes() if each.status == "BROKEN"]
@@ -185,8 +185,9 @@ def _time(seconds: float) -> str:
     return f"{seconds / 60.0:.0f} min" if seconds >= 90.0 else f"{seconds:.0f} s"
 
 
-def _print_tables(results: Results, beside: Results | None) -> None:
+def _print_tables(experiment: Experiment, results: Results, beside: Results | None) -> None:
     from florence_sweep import summary
+    from florence_sweep.experiment import DRAWN, DRAWN_TEXT
 
     outcomes = results.outcomes()
     tables = [summary.table_of(outcomes)]
@@ -199,6 +200,8 @@ def _print_tables(results: Results, beside: Results | None) -> None:
     for head, lines in tables:
         if lines:
             typer.echo("\n" + "\n".join(_aligned([head, *lines])))
+    if any(setup.detections == DRAWN for setup in experiment.variations.values()):
+        typer.echo(f"\n{DRAWN_TEXT}")
     typer.echo(f"\n{results.file}: {len(outcomes)} runs, table runs of SQLite")
 
 

@@ -20,8 +20,14 @@ from florence_bt.simulation.sensors.base_noise import BaseNoiseParameters
 from florence_bt.simulation.sensors.kinect_sensor import KinectNoiseParameters
 from florence_bt.simulation.sensors.laser_sensor import LaserParameters
 
+DRAWN_TEXT = (
+    "No network has looked for people in the runs with drawn detections: what it would say was drawn from how "
+    "often it was right."
+)
 PITCH = "pitch"
 """Parameter of the Kinect: degrees that it looks further down than the robot's description says."""
+NETWORK, DRAWN = "network", "drawn"
+"""Detections: by the network that the robot has; drawn from how often that was right."""
 GENERATED, FLAT = "generated", "flat"
 """Homes: one of its own for each run; the one that comes with Florence."""
 
@@ -58,6 +64,7 @@ class Setup:
         links: Topic -> how it is carried; ``/tf`` for the frames that move, ``*`` for all others.
         sensors: A sensor of :data:`SENSOR_PARAMETERS` -> what is unlike the usual one, by parameter.
         faults: Skills that fail for a while.
+        detections: :data:`NETWORK`, or :data:`DRAWN`, which takes less time (``rig/drawn_people.py``).
         good: What a run must be to count as good, of :data:`CRITERIA`.
     """
 
@@ -71,6 +78,7 @@ class Setup:
     links: Mapping[str, Link] = field(default_factory=dict)
     sensors: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     faults: tuple[SkillFault, ...] = ()
+    detections: str = NETWORK
     good: tuple[str, ...] = ("succeeded", "untouched")
 
 
@@ -193,6 +201,7 @@ class _Reader(YamlReader):
             "links": self._links,
             "sensors": self._sensors,
             "faults": self._faults,
+            "detections": lambda node, name: self.choice(node, name, (NETWORK, DRAWN)),
             "good": self._criteria,
         }
         changed: dict[str, Any] = {

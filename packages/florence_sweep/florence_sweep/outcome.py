@@ -9,9 +9,8 @@ from dataclasses import asdict, dataclass
 
 from florence_bt.core.geometry import Pose2
 from florence_bt.runtime.run import RunStatus
-from florence_bt.simulation.home.closeness import POLITE_DISTANCE_M, Closeness, closeness
+from florence_bt.simulation.home.closeness import POLITE_DISTANCE_M, Closeness
 from florence_bt.simulation.home.person import PersonSpec
-from florence_bt.simulation.rig.rig import Rig
 from florence_sweep.best_case import BestCase
 
 NEAR_M = 0.8
@@ -83,34 +82,20 @@ class Outcome:
         return json.dumps(values)
 
 
-@dataclass(frozen=True, slots=True)
-class Meeting:
-    """The pose of the robot towards somebody in the end, as it really was.
-
-    Attributes:
-        end: The distance, and how far it looked past them.
-        polite: Whether that is polite.
-        best: What a perfect robot could do.
-    """
-
-    end: Closeness
-    polite: bool
-    best: BestCase
+def is_polite(end: Closeness, best: BestCase | None) -> bool:
+    """Tell whether the robot stands before a person as it should, as near as can be."""
+    nearest = best.distance if best is not None else None
+    # Where the truth knows no way, the robot may have found one: it needs less room than a disc.
+    return end.polite_at(POLITE_DISTANCE_M if nearest is None else nearest)
 
 
-def meeting_of(
-    rig: Rig, people: Sequence[PersonSpec], best_cases: Mapping[str, BestCase]
-) -> tuple[str, Meeting] | None:
-    """Return the name of the person before whom the robot stands, and how; None without people."""
-    if not people:
-        return None
-    meetings = {}
-    for spec in people:
-        end, best = closeness(rig.world.robot_pose, rig.world.person_pose(spec.name)), best_cases[spec.name]
-        # Where the truth knows no way, the robot may have found one: it needs less room than a disc.
-        nearest = POLITE_DISTANCE_M if best.distance is None else best.distance
-        meetings[spec.name] = Meeting(end, end.polite_at(nearest), best)
-    return min(meetings.items(), key=lambda each: (not each[1].polite, each[1].end.distance))
+def met(ends: Mapping[str, Closeness], best_cases: Mapping[str, BestCase]) -> str:
+    """Tell before whom the robot stands, empty without people: others may have come nearer meanwhile."""
+    return min(
+        ends,
+        key=lambda name: (not is_polite(ends[name], best_cases[name]), ends[name].distance),
+        default="",
+    )
 
 
 def fulfilled(

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 from florence_bt.core.errors import ConfigError
-from florence_sweep.experiment import Case
+from florence_sweep.experiment import DRAWN, DRAWN_TEXT, Case
 from florence_sweep.outcome import BROKEN, Outcome
 from florence_sweep.pictures import drawn
 from florence_sweep.store import Results
@@ -59,6 +59,7 @@ def report(
         f"<p>{len(outcomes)} of {len(cases)} runs, with florence-bt {_text(results.code)}. "
         "In brackets: where the share lies with 95 % (Wilson).</p>",
         *_table("What came of them", table_of(outcomes)),
+        *_about_detections(cases),
     ]
     if len(variations_of(outcomes)) > 1:
         parts += _table("Side by side, on the same seeds", variations_side_by_side(outcomes))
@@ -69,6 +70,11 @@ def report(
     parts += _worst(outcomes, cases, command, say)
     parts += ["<h2>The experiment</h2>", f"<pre>{_text(results.experiment)}</pre></html>"]
     return "\n".join(parts)
+
+
+def _about_detections(cases: Sequence[Case]) -> Iterator[str]:
+    if any(case.setup.detections == DRAWN for case in cases):
+        yield f"<p>{_text(DRAWN_TEXT)}</p>"
 
 
 def _table(title: str, table: Table) -> Iterator[str]:

@@ -22,6 +22,7 @@ from florence_bt.core.errors import ConfigError, closest_first, raise_all
 from florence_bt.core.outcome import COMMON_CODES, failure
 from florence_bt.core.skill import FinishedRun, Inputs, Skill, SkillRun
 from florence_bt.runtime.run import MissionRun
+from florence_bt.simulation.home.closeness import closeness
 from florence_bt.simulation.home.flat import Flat
 from florence_bt.simulation.home.generate import choose_flat
 from florence_bt.simulation.home.people import place_person
@@ -37,7 +38,7 @@ from florence_bt.trees.language.declarations import collect_declarations
 from florence_bt.trees.language.inputs import parse_inputs
 from florence_bt.trees.language.loader import MissionLibrary
 from florence_sweep.best_case import best_case
-from florence_sweep.experiment import FLAT, GENERATED, PITCH, Case, Setup, SkillFault
+from florence_sweep.experiment import DRAWN, FLAT, GENERATED, PITCH, Case, Setup, SkillFault
 from florence_sweep.outcome import (
     BROKEN,
     LOOK_S,
@@ -46,7 +47,8 @@ from florence_sweep.outcome import (
     description,
     fulfilled,
     is_false,
-    meeting_of,
+    is_polite,
+    met,
 )
 
 NOBODY = "nobody"
@@ -103,6 +105,7 @@ def stage(case: Case, runs_folder: Path | None = None) -> Staged:
         flat=flat,
         links=setup.links,
         quality=_quality(setup.sensors),
+        drawn_people=setup.detections == DRAWN,
         missions=_library(setup.missions),
         change_skills=_with_faults(setup.faults),
     )
@@ -118,12 +121,13 @@ def judge(case: Case, staged: Staged) -> Outcome:
     run = rig.run(case.setup.mission, case.setup.inputs, limit_s=case.setup.limit)
     if all(spec.posture != "walking" for spec in people):
         rig.clock.advance(1.0)  # until it stands
-    met = meeting_of(rig, people, best_cases)
-    people = sorted(people, key=lambda spec: met is None or spec.name != met[0])
-    meeting = met[1] if met is not None else None
+    ends = {spec.name: closeness(rig.world.robot_pose, rig.world.person_pose(spec.name)) for spec in people}
+    who = met(ends, best_cases)
+    people = sorted(people, key=lambda spec: (spec.name != who, ends[spec.name].distance))
+    end, best = ends.get(who), best_cases.get(who)
+    polite = is_polite(end, best) if end is not None else None
     contacts = tuple(contact.name for contact in rig.world.contacts)
     false_find = any(is_false(found, people) for found in rig.found)
-    best = meeting.best if meeting is not None else None
     return Outcome(
         number=case.number,
         variation=case.variation,
@@ -138,15 +142,15 @@ def judge(case: Case, staged: Staged) -> Outcome:
         driven=way.metres,
         contacts=contacts,
         false_find=false_find,
-        distance=meeting.end.distance if meeting is not None else None,
-        facing=meeting.end.facing if meeting is not None else None,
-        polite=meeting.polite if meeting is not None else None,
+        distance=end.distance if end is not None else None,
+        facing=end.facing if end is not None else None,
+        polite=polite,
         visible=best.visible if best is not None else None,
         ideal=best.way / _speed() + LOOK_S if best is not None and best.way is not None else None,
         good=fulfilled(
             case.setup.good,
             run.status,
-            polite=meeting is not None and meeting.polite,
+            polite=bool(polite),
             contacts=contacts,
             false_find=false_find,
         ),

@@ -71,12 +71,14 @@ battery: 25 %
 links: {scan: {delay: 0.1 s, drops: 5 %}, "*": {silent_from: 3 s, silent_for: 2 s}}
 sensors: {base: {slip_sigma: 0.01}, kinect: {raw_noise: 1.2, pitch: 2}}
 faults: [{skill: navigate_to, code: blocked, from: 10 s, for: 5 s}, {skill: say, code: unavailable}]
+detections: drawn
 good: [failed, untouched]
 """
     ).variations[""]
     assert (setup.limit, setup.battery, setup.home, setup.people) == (120.0, 0.25, "flat", "nobody")
     assert setup.links["scan"] == Link(delay=0.1, drops=0.05)
     assert setup.links["*"] == Link(silent_from=3.0, silent_for=2.0)
+    assert setup.detections == "drawn"
     assert setup.sensors == {"base": {"slip_sigma": 0.01}, "kinect": {"raw_noise": 1.2, "pitch": 2.0}}
     assert setup.faults == (
         SkillFault("navigate_to", "blocked", 10.0, 5.0),
@@ -97,6 +99,7 @@ good: [failed, untouched]
         ("sensors: {laser: {noise: 3}}", "2:19", "noise_mm"),
         ("sensors: {lazer: {}}", "2:11", "laser"),
         ("faults: [{skill: say}]", "2:10", "code: ..."),
+        ("detections: drwn", "2:13", "drawn"),
         ("good: [suceeded]", "2:8", "succeeded"),
         ("vary: [sitting]", "2:7", "vary: {people"),
         ("vary: {peple: [sitting]}", "2:8", "people"),

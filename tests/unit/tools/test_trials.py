@@ -4,12 +4,14 @@ from dataclasses import replace
 
 import pytest
 from florence_sweep.best_case import BestCase
+from florence_sweep.outcome import is_false
+from florence_sweep.outcome import met as whom_it_met
 
 from florence_bt.core.geometry import Pose2
 from florence_bt.runtime.run import RunStatus
 from florence_bt.simulation.home.closeness import Closeness
 from florence_bt.simulation.home.person import PersonSpec
-from tools.trials import SUMMARY, Trial, _is_false, _met, main, run_trial, summary, table_of, told
+from tools.trials import SUMMARY, Trial, main, run_trial, summary, table_of, told
 
 STANDING = PersonSpec("user", Pose2(1.0, 1.0))
 WALKING = PersonSpec("other", Pose2(1.0, 1.0), "walking", ((9.0, 1.0),))
@@ -100,7 +102,7 @@ def test_a_single_run_is_told_with_what_was_touched_and_why_it_failed():
     ],
 )
 def test_a_find_is_false_where_nobody_has_ever_been(found, people, false):
-    assert _is_false(found, people) is false
+    assert is_false(found, people) is false
 
 
 @pytest.mark.parametrize(
@@ -111,13 +113,13 @@ def test_a_find_is_false_where_nobody_has_ever_been(found, people, false):
         ({}, ""),
     ],
 )
-def test_who_came_up_to_the_robot_is_not_whom_it_met(ends, met):
+def test_who_came_up_to_the_robot_is_not_whom_itmet(ends, met):
     best_cases = {"user": BestCase(True, 0.6, 4.5), "visitor": BestCase(True, 0.5, 4.5)}
-    assert _met(ends, best_cases) == met
+    assert whom_it_met(ends, best_cases) == met
 
 
 @pytest.mark.slow
-def test_of_a_company_the_run_tells_of_whom_the_robot_met():
+def test_of_a_company_the_run_tells_of_whom_the_robotmet():
     assert run_trial("company", 1, homes=1).person.count(";") in (1, 2)
 
 
