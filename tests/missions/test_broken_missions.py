@@ -372,6 +372,13 @@ MUTANTS = [
     ("look_again", "$seen_at) < 0.5 m", "$seen_at) <= 0.5 m", "look_again is SUCCEEDED"),
     ("look_again", "$seen_at) < 0.5 m", "$seen_at) < 0.4 m", "look_again is FAILED"),
     ("look_again", "    - set: {user: $then}\n", "    - set: {user: $now}\n", "the output user"),
+    ("look_again", '      when: $posture != "sitting"\n', "", "the output user"),
+    (
+        "look_again",
+        "              out: {user: now, posture: posture}\n",
+        "              out: {user: now}\n",
+        "look_again is FAILED",
+    ),
     ("meet_user", "user_id: $id}\n              out: {user: user}\n", "user_id: $id}\n", "the output user"),
     ("look_again", "$now) < 0.2 m", "$now) <= 0.2 m", "look_again is SUCCEEDED"),
     ("look_again", "$now) < 0.2 m", "$now) < 0.19 m", "look_again is FAILED"),
