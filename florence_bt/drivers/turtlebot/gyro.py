@@ -239,6 +239,8 @@ BROKEN_RADPS, BROKEN_WINDOW_S = 2.0, 0.5
 be wrong by more than the whole turn: no scale is that wrong."""
 
 LONGEST_WATCH_GAP_S = 0.25
+HAIR_RADPS = 1e-6
+"""More than what additions and subtractions of some thousand readings are off by."""
 
 
 class GyroWatch:
@@ -252,10 +254,12 @@ class GyroWatch:
         """
         self._limit_radps = limit_radps
         self._steps: deque[tuple[float, float, float]] = deque()
+        self._turned = 0.0
 
     def clear(self) -> None:
         """Forget all readings."""
         self._steps.clear()
+        self._turned = 0.0
 
     def disagrees(self, stamp: float, gyro_radps: float, wheel_turn_rad: float) -> bool:
         """Take one reading.
@@ -272,15 +276,21 @@ class GyroWatch:
         if self._limit_radps <= 0.0:
             return False
         if self._steps and not 0.0 <= stamp - self._steps[-1][0] <= LONGEST_WATCH_GAP_S:
-            self._steps.clear()
+            self.clear()
         self._steps.append((stamp, gyro_radps, wheel_turn_rad))
+        self._turned += wheel_turn_rad
         while stamp - self._steps[0][0] > WATCH_WINDOW_S:
-            self._steps.popleft()
-        drifts = self._difference(WATCH_WINDOW_S, self._limit_radps)
+            self._turned -= self._steps.popleft()[2]
+        drifts = self._difference(WATCH_WINDOW_S, self._limit_radps) if self._goes_straight() else None
         if drifts is not None and abs(drifts[0]) < STRAIGHT_RADPS and drifts[1] > self._limit_radps:
             return True
         breaks = self._difference(BROKEN_WINDOW_S, BROKEN_RADPS)
         return breaks is not None and breaks[1] > max(BROKEN_RADPS, abs(breaks[0]))
+
+    def _goes_straight(self) -> bool:
+        """Tell whether the wheels may go straight, by a running sum, which is off by a hair."""
+        duration = self._steps[-1][0] - self._steps[0][0]
+        return abs(self._turned) <= (STRAIGHT_RADPS + HAIR_RADPS) * duration
 
     def _difference(self, window_s: float, limit_radps: float) -> tuple[float, float] | None:
         """Return the mean rate by the wheels, and the gyro's distance from it; None when of no interest.
