@@ -9,6 +9,7 @@ from py_trees.behaviour import Behaviour
 from py_trees.composites import Parallel
 
 from florence_bt.assurance.explorer import Edge, Graph
+from florence_bt.assurance.lasting import left_on
 from florence_bt.assurance.paths import by_itself, circles, is_circle, shortest
 from florence_bt.assurance.plan import codes_behind
 from florence_bt.assurance.properties import Property, way_that_breaks
@@ -238,12 +239,8 @@ def _left_on(explored: Explored) -> Iterator[Problem]:
     """Find what is switched on and not off again, by a mission that switches it itself."""
     own = [node.skill for node in explored.mission.nodes() if isinstance(node, kinds.RunSkill)]
     for thing in sorted({each for ending in explored.graph.endings.values() for each in ending.lasting}):
-        both = f"start_{thing}" in own and f"stop_{thing}" in own
-        left = {
-            state
-            for state, ending in explored.graph.endings.items()
-            if thing in ending.lasting and ending.lasting[thing][1] and (both or ending.lasting[thing][0])
-        }
+        endings = explored.graph.endings.items()
+        left = {state for state, ending in endings if left_on(ending.lasting, thing, own)}
         if left and (way := shortest(explored.graph, left.__contains__)) is not None:
             ending = explored.graph.endings[way[-1].target]
             how = "when it is stopped" if ending.status == "STOPPED" else f"when it ends with {ending.code}"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
 from florence_bt.assurance.called import CalledMission, Summary, WayOfCalling, as_skill, summary_of
@@ -16,7 +16,7 @@ from florence_bt.core.declaration import Kind, SkillDeclaration
 from florence_bt.core.skill import Skill
 from florence_bt.mission_testing.mocks.stubs import MockedMission, copied, put_stubs
 from florence_bt.trees import kinds
-from florence_bt.trees.language.analysis import Analysis
+from florence_bt.trees.language.analysis import Analysis, reachable
 from florence_bt.trees.language.loader import MissionLibrary
 from florence_bt.trees.language.model import Mission
 
@@ -78,6 +78,25 @@ class Verifier:
         self._plans: dict[str, Plan] = {}
         self._explored: dict[tuple[str, WayOfCalling], Explored] = {}
         self._summaries: dict[tuple[str, WayOfCalling], Summary] = {}
+
+    def with_changed(self, library: MissionLibrary, names: Iterable[str]) -> Verifier:
+        """Return a verifier of a library in which some missions are others; what does not call them is kept.
+
+        Args:
+            library: The library with the changed missions.
+            names: The changed missions.
+        """
+        other = Verifier(library, self.declarations, self._limits)
+        changed = set(names)
+        kept = {
+            name
+            for name, _ in self._explored
+            if name not in changed and not changed & reachable([name], self.analysis.callees_of).keys()
+        }
+        other._plans = {name: plan for name, plan in self._plans.items() if name in kept}
+        other._explored = {key: each for key, each in self._explored.items() if key[0] in kept}
+        other._summaries = {key: each for key, each in self._summaries.items() if key[0] in kept}
+        return other
 
     def explored(self, name: str, way: WayOfCalling = ()) -> Explored:
         """Return a mission explored, called in a way."""
