@@ -109,6 +109,12 @@ class Verifier:
         """Return a mission as it was explored so far, in each way of calling it."""
         return [each for (known, _), each in self._explored.items() if known == name]
 
+    def ways_below(self, mission: Mission) -> list[Explored]:
+        """Return what a mission calls, and what is called by that, as it was explored so far."""
+        below = reachable(self.analysis.callees(mission), self.analysis.callees_of)
+        names = {*self.analysis.callees(mission), *below}
+        return [each for name in sorted(names) for each in self.ways_of(name)]
+
     def summary(self, name: str, way: WayOfCalling) -> Summary:
         """Return how a mission can end that is called in a way."""
         known = self._summaries.get((name, way))

@@ -160,6 +160,13 @@ def test_a_called_mission_that_is_broken_is_no_proof(verify):
     assert not verdict.holds
 
 
+def test_what_is_assumed_of_a_called_mission_is_said_of_its_caller(verify):
+    inner = "tree:\n  sequence:\n    - get_rooms: {}\n      out: {rooms: rooms}\n"
+    loops = "    - for_each: $rooms\n      as: room\n      do: {wait: 1 s}\n"
+    assert not verify("  run: inner\n", inner=inner).assumed
+    assert verify("  run: inner\n", inner=inner + loops).assumed
+
+
 def test_an_exploration_that_was_ended_is_no_proof(verify):
     verdict = verify(DRIVE, limits=Limits(steps=3))
     assert not verdict.complete
