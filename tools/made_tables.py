@@ -206,6 +206,17 @@ FIGURES: tuple[Figures, ...] = (
         alone=True,
     ),
     Figures(
+        "notes/verify.md",
+        ("verified",),
+        "tools/verified.py",
+        "",
+        "--missions goto_room go_home",
+        (
+            *("tools/verified.py", "florence_bt/assurance", "florence_bt/trees", "florence_bt/behaviours"),
+            *("florence_bt/skills", "examples"),
+        ),
+    ),
+    Figures(
         "notes/mutants.md",
         ("mutants",),
         "-m tools.mutants",

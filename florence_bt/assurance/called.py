@@ -8,9 +8,10 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from florence_bt.assurance.explorer import Ending, Graph
+from florence_bt.assurance.lasting import Effects
 from florence_bt.assurance.paths import longest
 from florence_bt.assurance.plan import CodeClass, Plan, codes_behind
-from florence_bt.assurance.skills import Effects, End, OpenEnd
+from florence_bt.assurance.skills import End, OpenEnd
 from florence_bt.assurance.snapshot import Unchanging
 from florence_bt.assurance.unknown import is_unknown, known_part
 from florence_bt.core.clock import Clock
@@ -64,7 +65,7 @@ def summary_of(mission: Mission, graph: Graph) -> Summary:
 
 
 def _effects(ending: Ending) -> Effects:
-    return tuple(sorted((thing, first, last) for thing, (first, last) in ending.lasting.items()))
+    return tuple(sorted(ending.lasting.items()))
 
 
 def _known_outputs(mission: Mission, ending: Ending) -> tuple[tuple[str, Any], ...]:

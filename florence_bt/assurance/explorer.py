@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
+from florence_bt.assurance.lasting import Lasting
 from florence_bt.assurance.snapshot import Snapshot
 from florence_bt.assurance.world import Event, Happening, World
 
@@ -37,13 +38,13 @@ class Ending:
         status: The status of the run.
         code: Its code.
         outputs: What it gives.
-        lasting: Thing -> whether it was switched on first, and whether it is on.
+        lasting: Thing -> what became of it.
     """
 
     status: str
     code: str
     outputs: dict[str, Any]
-    lasting: dict[str, tuple[bool, bool]]
+    lasting: dict[str, Lasting]
 
 
 @dataclass(slots=True)

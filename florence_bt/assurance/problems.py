@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 
 from py_trees.behaviour import Behaviour
 from py_trees.composites import Parallel
 
 from florence_bt.assurance.explorer import Edge, Graph
+from florence_bt.assurance.lasting import left_on
 from florence_bt.assurance.paths import by_itself, circles, is_circle, shortest
 from florence_bt.assurance.plan import codes_behind
 from florence_bt.assurance.properties import Property, way_that_breaks
@@ -16,7 +18,7 @@ from florence_bt.assurance.verifier import Explored, Verifier
 from florence_bt.assurance.world import SUCCEEDED, Happening
 from florence_bt.behaviours.composites import ReactiveSelector, ReactiveSequence
 from florence_bt.behaviours.decorators import While
-from florence_bt.behaviours.looping import Retry
+from florence_bt.behaviours.looping import Repeat, Retry
 from florence_bt.behaviours.pacing import Timeout
 from florence_bt.behaviours.parallel import CountingParallel
 from florence_bt.behaviours.until import Interruptible, Until
@@ -161,7 +163,24 @@ def _endless(explored: Explored, verifier: Verifier) -> Iterator[Problem]:
             text = "it goes round for ever, and nothing that the robot or a person does ends that"
             yield Problem("endless", BROKEN, text, None, tuple(way))
             break
-    yield from _endless_retries(explored, verifier)
+    yield from _spinning(explored, verifier)
+    yield from _endless_loops(explored, verifier)
+
+
+def _spinning(explored: Explored, verifier: Verifier) -> Iterator[Problem]:
+    """Find a circle of look-ups in which no time passes: the executor ends it after thousands of rounds."""
+    instant = {name for name, each in verifier.declarations.items() if each.instant}
+
+    def takes_no_time(edge: Edge) -> bool:
+        started = {each.skill for each in edge.happened if each.what == "start"}
+        return edge.event.what == "tick" and bool(started) and started <= instant
+
+    for part in circles(explored.graph, takes_no_time):
+        if is_circle(explored.graph, part, takes_no_time):
+            way = tuple(_once_round(explored.graph, set(part), takes_no_time))
+            text = "it looks the same up again and again without a pause"
+            yield Problem("spinning", BROKEN, text, None, way)
+            return
 
 
 def _once_round(graph: Graph, inside: set[int], allowed: Callable[[Edge], bool]) -> list[Edge]:
@@ -179,38 +198,50 @@ def _is_idle(edge: Edge) -> bool:
     return by_itself(edge) and not any(each.what in ("start", "end") for each in edge.happened)
 
 
-def _endless_retries(explored: Explored, verifier: Verifier) -> Iterator[Problem]:
-    """Find ``retry: forever`` that goes on though nothing ever succeeds, and which nothing else ends."""
-    retries = [node for node in explored.world.tree.root.iterate() if _is_endless_retry(node)]
-    if not retries:
-        return
-    instant = {name for name, each in verifier.declarations.items() if each.instant}
+def _endless_loops(explored: Explored, verifier: Verifier) -> Iterator[Problem]:
+    """Find loops without end that go on though nothing succeeds, and which nothing else ends.
 
-    def in_vain(edge: Edge) -> bool:
-        ends = [each for each in edge.happened if each.what == "end" and each.result is not None]
-        return by_itself(edge) and not any(
-            (each.result.succeeded and each.skill not in instant) or each.skill.startswith(_OF_PEOPLE)  # type: ignore[union-attr]
-            for each in ends
-        )
+    A ``retry`` goes on in vain also when something is looked up between two failures. A ``repeat`` that looks
+    something up goes on because of what it has found. Who asks again and again waits for an answer.
+    """
+    instant = frozenset(name for name, each in verifier.declarations.items() if each.instant)
+    loops = [node for node in explored.world.tree.root.iterate() if _is_without_end(node)]
+    for kind, lookups in ((Retry, instant), (Repeat, frozenset[str]())):
+        left = [path_of(node) for node in loops if isinstance(node, kind)]
+        if left:
+            yield from _in_vain(explored, left, partial(_is_in_vain, lookups=lookups), instant)
 
-    for part in circles(explored.graph, in_vain):
-        if not is_circle(explored.graph, part, in_vain):
+
+def _in_vain(
+    explored: Explored, loops: list[str], allowed: Callable[[Edge], bool], instant: frozenset[str]
+) -> Iterator[Problem]:
+    for part in circles(explored.graph, allowed):
+        if not is_circle(explored.graph, part, allowed):
             continue
         inside = set(part)
-        failing = _failing_in(explored.graph, inside, in_vain)
-        for retry in retries:
-            path = path_of(retry)
-            if any(each.startswith(f"{path}/") for each in failing):
-                way = _once_round(explored.graph, inside, in_vain)
-                names = " and ".join(sorted({each.rsplit("/", 1)[-1] for each in failing}))
-                text = f"{retry.name} goes on for ever when {names} fails each time: nothing else ends it"
-                yield Problem("endless_retry", BROKEN, text, _position(explored, path), tuple(way), path)
-                retries.remove(retry)
-                break
+        failing = _failing_in(explored.graph, inside, allowed, instant)
+        path = next((each for each in loops if any(one.startswith(f"{each}/") for one in failing)), None)
+        if path is not None:
+            loops.remove(path)
+            names = " and ".join(sorted({each.rsplit("/", 1)[-1] for each in failing}))
+            loop = path.rsplit("/", 1)[-1]
+            text = f"{loop} goes on for ever when {names} fails each time: nothing else ends it"
+            way = tuple(_once_round(explored.graph, inside, allowed))
+            yield Problem("endless_retry", BROKEN, text, _position(explored, path), way, path)
 
 
-def _is_endless_retry(node: Behaviour) -> bool:
-    if not isinstance(node, Retry) or node._rounds != float("inf"):
+def _is_in_vain(edge: Edge, lookups: frozenset[str]) -> bool:
+    """Tell whether nothing succeeds in a step, look-ups apart, and nobody waits for a person in it."""
+    ends = [
+        (each.skill, each.result) for each in edge.happened if each.what == "end" and each.result is not None
+    ]
+    return by_itself(edge) and not any(
+        (result.succeeded and skill not in lookups) or skill.startswith(_OF_PEOPLE) for skill, result in ends
+    )
+
+
+def _is_without_end(node: Behaviour) -> bool:
+    if not isinstance(node, (Retry, Repeat)) or node._rounds != float("inf"):
         return False
     above: Behaviour | None = node.parent
     while above is not None:
@@ -220,14 +251,21 @@ def _is_endless_retry(node: Behaviour) -> bool:
     return True
 
 
-def _failing_in(graph: Graph, inside: set[int], allowed: Callable[[Edge], bool]) -> set[str]:
+def _failing_in(
+    graph: Graph, inside: set[int], allowed: Callable[[Edge], bool], instant: frozenset[str]
+) -> set[str]:
+    """Return the paths of what fails in a circle, look-ups apart."""
+    steps = (
+        edge for state in inside for edge in graph.edges[state] if edge.target in inside and allowed(edge)
+    )
     return {
         each.path
-        for state in inside
-        for edge in graph.edges[state]
-        if edge.target in inside and allowed(edge)
+        for edge in steps
         for each in edge.happened
-        if each.what == "end" and each.result is not None and not each.result.succeeded
+        if each.what == "end"
+        and each.result is not None
+        and not each.result.succeeded
+        and each.skill not in instant
     }
 
 
@@ -238,12 +276,8 @@ def _left_on(explored: Explored) -> Iterator[Problem]:
     """Find what is switched on and not off again, by a mission that switches it itself."""
     own = [node.skill for node in explored.mission.nodes() if isinstance(node, kinds.RunSkill)]
     for thing in sorted({each for ending in explored.graph.endings.values() for each in ending.lasting}):
-        both = f"start_{thing}" in own and f"stop_{thing}" in own
-        left = {
-            state
-            for state, ending in explored.graph.endings.items()
-            if thing in ending.lasting and ending.lasting[thing][1] and (both or ending.lasting[thing][0])
-        }
+        endings = explored.graph.endings.items()
+        left = {state for state, ending in endings if left_on(ending.lasting, thing, own)}
         if left and (way := shortest(explored.graph, left.__contains__)) is not None:
             ending = explored.graph.endings[way[-1].target]
             how = "when it is stopped" if ending.status == "STOPPED" else f"when it ends with {ending.code}"

@@ -1,8 +1,8 @@
 """What an author wants to hold of a mission, in a file beside it: ``NAME.properties.yml``.
 
-A property is a small automaton. It reads what happens on a way, step by step, and is followed through the graph
-of states beside the mission itself. What happens inside of a mission that is called is that mission's own
-business: here it begins and ends, like a skill.
+A property is a small automaton. It reads what happens on a way, step by step, and is followed through the
+graph of states beside the mission itself. What happens inside of a mission that is called is the business of
+that mission: here it begins and ends, like a skill.
 """
 
 from __future__ import annotations

@@ -29,6 +29,8 @@ class Verdict:
         codes: With what it can fail.
         longest_s: How long it takes at most, in seconds; infinite: as long as it takes.
         seconds: How long the exploration took, called missions apart.
+        assumed: What was assumed, in the missions that it calls, too.
+        coarse: Whether somewhere what takes long was let end at any moment.
     """
 
     mission: Mission
@@ -38,6 +40,8 @@ class Verdict:
     codes: frozenset[str]
     longest_s: float
     seconds: float
+    assumed: tuple[str, ...]
+    coarse: bool
 
     @property
     def complete(self) -> bool:
@@ -59,6 +63,7 @@ def verdict_on(name: str, verifier: Verifier) -> Verdict:
     """Explore a mission and say what is known of it."""
     explored = verifier.explored(name)
     mission = explored.mission
+    ways = [explored, *verifier.ways_below(mission)]
     called = [
         each
         for each in sorted(verifier.analysis.callees(mission))
@@ -72,6 +77,8 @@ def verdict_on(name: str, verifier: Verifier) -> Verdict:
         occurring_codes(explored),
         longest(explored.graph)[0],
         explored.graph.seconds,
+        tuple(dict.fromkeys(each for way in ways for each in way.world.assumed)),
+        any(way.world.coarse for way in ways),
     )
 
 
@@ -120,11 +127,12 @@ def _size(verdict: Verdict) -> str:
     time = (
         "as long as it takes" if math.isinf(verdict.longest_s) else f"at most {_duration(verdict.longest_s)}"
     )
-    assumed = list(verdict.explored.world.assumed)
-    if verdict.explored.world.coarse:
-        assumed.append("what takes more than 5 s may end, or be over, at any moment")
-    up_to = f"; complete as far as {' and '.join(assumed)}" if assumed else ""
-    return f"{states}; it takes {time}{up_to}\n  it fails with: {_few_codes(verdict)}"
+    lines = [f"{states}; it takes {time}", f"  it fails with: {_few_codes(verdict)}"]
+    if verdict.assumed:
+        lines.append(f"  complete up to this: {'; '.join(verdict.assumed)}")
+    if verdict.coarse:
+        lines.append("  what takes more than 5 s was let end at any moment, which is more than can happen")
+    return "\n".join(lines)
 
 
 def _codes(verdict: Verdict) -> str:

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+from florence_bt.assurance.lasting import Effects
 from florence_bt.assurance.plan import CodeClass
 from florence_bt.assurance.snapshot import Unchanging
 from florence_bt.assurance.unknown import Facts, witness_for
@@ -18,8 +19,6 @@ NOT_BY_ITSELF = frozenset({"bad_input", "cancelled"})
 """Common codes that tell of a mistake of the mission, or of a cancel from elsewhere."""
 LIST_LENGTHS = (0, 1, 2)
 """How many items lists have that skills give."""
-Effects = tuple[tuple[str, bool, bool], ...]
-"""What lasts after a mission: a thing, whether it was switched on first, and whether it is on in the end."""
 
 
 @dataclass(frozen=True, slots=True)

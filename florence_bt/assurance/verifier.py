@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
 from florence_bt.assurance.called import CalledMission, Summary, WayOfCalling, as_skill, summary_of
@@ -16,7 +16,7 @@ from florence_bt.core.declaration import Kind, SkillDeclaration
 from florence_bt.core.skill import Skill
 from florence_bt.mission_testing.mocks.stubs import MockedMission, copied, put_stubs
 from florence_bt.trees import kinds
-from florence_bt.trees.language.analysis import Analysis
+from florence_bt.trees.language.analysis import Analysis, reachable
 from florence_bt.trees.language.loader import MissionLibrary
 from florence_bt.trees.language.model import Mission
 
@@ -79,6 +79,25 @@ class Verifier:
         self._explored: dict[tuple[str, WayOfCalling], Explored] = {}
         self._summaries: dict[tuple[str, WayOfCalling], Summary] = {}
 
+    def with_changed(self, library: MissionLibrary, names: Iterable[str]) -> Verifier:
+        """Return a verifier of a library in which some missions are others; what does not call them is kept.
+
+        Args:
+            library: The library with the changed missions.
+            names: The changed missions.
+        """
+        other = Verifier(library, self.declarations, self._limits)
+        changed = set(names)
+        kept = {
+            name
+            for name, _ in self._explored
+            if name not in changed and not changed & reachable([name], self.analysis.callees_of).keys()
+        }
+        other._plans = {name: plan for name, plan in self._plans.items() if name in kept}
+        other._explored = {key: each for key, each in self._explored.items() if key[0] in kept}
+        other._summaries = {key: each for key, each in self._summaries.items() if key[0] in kept}
+        return other
+
     def explored(self, name: str, way: WayOfCalling = ()) -> Explored:
         """Return a mission explored, called in a way."""
         known = self._explored.get((name, way))
@@ -89,6 +108,12 @@ class Verifier:
     def ways_of(self, name: str) -> list[Explored]:
         """Return a mission as it was explored so far, in each way of calling it."""
         return [each for (known, _), each in self._explored.items() if known == name]
+
+    def ways_below(self, mission: Mission) -> list[Explored]:
+        """Return what a mission calls, and what is called by that, as it was explored so far."""
+        below = reachable(self.analysis.callees(mission), self.analysis.callees_of)
+        names = {*self.analysis.callees(mission), *below}
+        return [each for name in sorted(names) for each in self.ways_of(name)]
 
     def summary(self, name: str, way: WayOfCalling) -> Summary:
         """Return how a mission can end that is called in a way."""

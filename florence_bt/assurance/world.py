@@ -16,9 +16,10 @@ from py_trees.common import Status
 from py_trees.composites import Sequence
 
 from florence_bt.assurance.choices import Choices
+from florence_bt.assurance.lasting import Lasting, apply, effect_of, effect_of_failure
 from florence_bt.assurance.open_clock import UNLIMITED_S, OpenClock
 from florence_bt.assurance.plan import Plan, classes_of
-from florence_bt.assurance.skills import STOPPED, AnySkill, Effects, End, OpenEnd, Outputs, ends_of
+from florence_bt.assurance.skills import STOPPED, AnySkill, End, OpenEnd, Outputs, ends_of
 from florence_bt.assurance.snapshot import Snapshot, Unchanging
 from florence_bt.assurance.states import StateKeys
 from florence_bt.assurance.unknown import Facts, witness_for
@@ -124,14 +125,14 @@ class Moment:
         asked: Whether a tick was asked for.
         end: How the tree ended: the status of the run and the code.
         outputs: What it gave.
-        lasting: Thing -> whether it was switched on first, and whether it is on.
+        lasting: Thing -> what became of it.
     """
 
     begun: bool = False
     asked: bool = True
     end: tuple[str, str] | None = None
     outputs: dict[str, Any] = field(default_factory=dict)
-    lasting: dict[str, tuple[bool, bool]] = field(default_factory=dict)
+    lasting: dict[str, Lasting] = field(default_factory=dict)
 
 
 class World(Unchanging):
@@ -489,7 +490,7 @@ class World(Unchanging):
     def _end_run(self, entry: OpenRun, number: int) -> None:
         run = _open(entry)
         end = run.ends[number]
-        self._apply(end.effects)
+        apply(end.effects, self.moment.lasting)
         run.finish(self.results.result_of(run.declaration, end))
 
     def _longest(self, entry: OpenRun, run: OpenEnd) -> float:
@@ -526,33 +527,23 @@ class World(Unchanging):
 
     def _on_started(self, path: str, skill: str, inputs: Mapping[str, Any]) -> None:
         self.happened.append(Happening("start", path, skill, inputs=dict(inputs)))
-        self._switch(skill, inputs)
+        apply(effect_of(skill, inputs), self.moment.lasting)
 
     def _on_ended(self, path: str, skill: str, result: Result) -> None:
         self.happened.append(Happening("end", path, skill, result))
-        thing = switched_by(skill, {}) if result.code not in ("ok", "cancelled") else None
-        if thing is not None and thing[1]:  # it could not be switched on
-            self._apply(((thing[0], False, False),))
+        if result.code not in ("ok", "cancelled"):
+            apply(effect_of_failure(skill), self.moment.lasting)
 
     def _look_for_undone(self, tree: Behaviour) -> None:
+        """See whether a clean-up, or a sequence in it, has left out steps because one before has failed."""
         for node in tree.iterate():
             undone = [each for each in node.children if each.status is Status.INVALID]
             if isinstance(node, Sequence) and node.status is Status.FAILURE and undone:
                 self._wrong(path_of(node), f"cleanup {undone[0].name}")
 
-    def _switch(self, skill: str, inputs: Mapping[str, Any]) -> None:
-        thing = switched_by(skill, inputs)
-        if thing is not None:
-            self._apply(((thing[0], thing[1], thing[1]),))
-
-    def _apply(self, effects: Effects) -> None:
-        for thing, first, last in effects:
-            known = self.moment.lasting.get(thing)
-            self.moment.lasting[thing] = (known[0] if known is not None else first, last)
-
     def note_cancel(self, run: OpenEnd) -> None:
         """Note what may last of a mission that is cancelled."""
-        self._apply(run.stops[self.choices.take(len(run.stops))])
+        apply(run.stops[self.choices.take(len(run.stops))], self.moment.lasting)
 
     def _wrong(self, path: str, text: str) -> None:
         self.happened.append(Happening("wrong", path, text=text))
@@ -595,13 +586,3 @@ def _open(entry: OpenRun) -> OpenEnd:
 
 def _ignore(error: Exception) -> None:
     """Do nothing: no skill here breaks."""
-
-
-def switched_by(skill: str, inputs: Mapping[str, Any]) -> tuple[str, bool] | None:
-    """Return the thing that a skill switches, and whether on; None: it switches nothing that lasts."""
-    for word, on in (("start_", True), ("stop_", False)):
-        if skill.startswith(word):
-            return skill.removeprefix(word), on
-    if skill == "set_speed_limit":
-        return "speed_limit", inputs.get("speed") != 0
-    return None

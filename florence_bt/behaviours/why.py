@@ -86,7 +86,7 @@ def explain(root: Behaviour, known: dict[Behaviour, Why] | None = None) -> Why |
 
     A node may have attributes that tell more: ``cause``, the child that a failure comes from, such as the
     branch of an ``if`` (None when the node itself failed); ``kept``, the failure of an earlier time that it
-    fails with again, such as a ``once``; ``extend_reason``, which adds to the reason of its child, as a retry.
+    fails with again, as a ``once``; ``extend_reason``, which adds to the reason of its child, as a retry.
 
     A decorator points to its child, a sequence and a parallel to the child that failed, a selector to the
     last child that failed; its reason says why the others failed too.

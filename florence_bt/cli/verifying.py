@@ -24,7 +24,9 @@ def verify(
     scenarios: Annotated[
         Path | None,
         typer.Option(
-            click_type=OUTPUT_FOLDER, help="Write a scenario for each thing that is broken into this folder."
+            metavar="FOLDER",
+            click_type=OUTPUT_FOLDER,
+            help="Write a scenario for each thing that is broken into this folder.",
         ),
     ] = None,
     limit: Annotated[

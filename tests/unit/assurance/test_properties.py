@@ -7,7 +7,14 @@ import pytest
 from florence_bt.assurance.scenario import write_scenario
 from florence_bt.core.errors import ConfigError
 
-SPEAKS = "  retry: 3\n  on: [no_answer]\n  do:\n    sequence:\n      - say: {text: Hello}\n      - wait_for_answer:\n"
+SPEAKS = """
+  retry: 3
+  on: [no_answer]
+  do:
+    sequence:
+      - say: {text: Hello}
+      - wait_for_answer:
+"""
 DRIVES = (
     "  navigate_to: {goal: {x: 1 m, y: 0 m, yaw: 0 deg}}\n"
     "  on_failure:\n    unreachable:\n      sequence:\n        - say: {text: No way}\n        - fail: no\n"

@@ -80,6 +80,21 @@ def test_a_retry_that_nothing_ends(verify):
     assert verify(within).holds
 
 
+def test_a_repeat_that_swallows_every_failure(verify):
+    swallowing = (
+        "  repeat: forever\n  do:\n    turn: {angle: 90 deg}\n    on_failure:\n      any: {wait: 1 s}\n"
+    )
+    assert kinds(verify(swallowing)) == ["endless_retry"]
+    looking = "  repeat: forever\n  do:\n    sequence:\n      - get_robot_pose:\n      - succeed:\n"
+    assert verify(f"{looking}          turn: {{angle: 90 deg}}\n").holds
+
+
+def test_a_look_up_that_is_tried_again_without_a_pause(verify):
+    spins = "  retry: forever\n  do: {get_robot_pose: }\n"
+    assert kinds(verify(spins)) == ["spinning"]
+    assert verify(f"{spins}  between: {{wait: 1 s}}\n").holds
+
+
 def test_who_waits_for_people_may_wait_for_ever(verify):
     verdict = verify("  retry: forever\n  on: [no_answer]\n  do: {wait_for_answer: {time_limit: 1 min}}\n")
     assert verdict.holds
@@ -143,6 +158,13 @@ def test_a_called_mission_counts_by_how_it_is_called(verify):
 def test_a_called_mission_that_is_broken_is_no_proof(verify):
     verdict = verify("  run: inner\n", inner="tree:\n  repeat: forever\n  do: {wait: 1 s}\n")
     assert not verdict.holds
+
+
+def test_what_is_assumed_of_a_called_mission_is_said_of_its_caller(verify):
+    inner = "tree:\n  sequence:\n    - get_rooms: {}\n      out: {rooms: rooms}\n"
+    loops = "    - for_each: $rooms\n      as: room\n      do: {wait: 1 s}\n"
+    assert not verify("  run: inner\n", inner=inner).assumed
+    assert verify("  run: inner\n", inner=inner + loops).assumed
 
 
 def test_an_exploration_that_was_ended_is_no_proof(verify):
