@@ -1,4 +1,4 @@
-"""Verbs about runs: run, status, stop, pause, resume, override, release, answer, reload, runs."""
+"""Verbs about runs: run, status, stop, pause, breakpoints, override, answer, reload, runs, report."""
 
 from __future__ import annotations
 
@@ -137,6 +137,55 @@ def resume(
     from florence_bt.app.runs.remote import resume_mission
 
     _end_with(*resume_mission(run_id))
+
+
+@app.command(
+    "break",
+    cls=RosVerb,
+    rich_help_panel="Runs",
+    epilog="Examples: florence break navigate_to; florence break approach_user/turn; "
+    f"florence break --clear\n\n{EXIT_CODES}",
+)
+def break_before(
+    nodes: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="[NODE]...",
+            help="The name of a node, a skill or a called mission; names of nodes above before slashes.",
+        ),
+    ] = None,
+    remove: Annotated[
+        list[str] | None, typer.Option("--remove", metavar="NODE", help="Take this breakpoint away.")
+    ] = None,
+    clear: Annotated[bool, typer.Option("--clear", help="Take all breakpoints away.")] = False,
+) -> None:
+    """Pause every run before a node starts: the robot stands, and no time passes; without a node, list them.
+
+    `florence continue` lets it go on, `florence step` to the next leaf. A stop works as always.
+    """
+    from florence_bt.app.runs.remote import set_breakpoints
+
+    _end_with(*set_breakpoints(nodes or (), remove or (), clear=clear))
+
+
+@app.command(cls=RosVerb, rich_help_panel="Runs", epilog=f"Example: florence step\n\n{EXIT_CODES}")
+def step(
+    run_id: Annotated[str, typer.Option("--run", help="A run's id.", show_default="the current run")] = "",
+) -> None:
+    """Let the mission go on to the start of its next leaf, and pause it there."""
+    from florence_bt.app.runs.remote import step_mission
+
+    _end_with(*step_mission(run_id))
+
+
+@app.command(
+    "continue", cls=RosVerb, rich_help_panel="Runs", epilog=f"Example: florence continue\n\n{EXIT_CODES}"
+)
+def continue_run(
+    run_id: Annotated[str, typer.Option("--run", help="A run's id.", show_default="the current run")] = "",
+) -> None:
+    """Go on from a breakpoint; the same as `florence resume`."""
+    resume(run_id)
 
 
 @app.command(cls=RosVerb, rich_help_panel="Runs", epilog=f"Example: florence override\n\n{EXIT_CODES}")

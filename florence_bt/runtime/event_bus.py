@@ -87,11 +87,20 @@ class EventBus:
         """Call back with the run at every event."""
         self._listeners.append(listener)
 
-    def publish(self, run: MissionRun, kind: EventKind, **data: Any) -> None:
-        """Publish an event of a run."""
+    def publish(self, run: MissionRun, kind: EventKind, *, since: float | None = None, **data: Any) -> None:
+        """Publish an event of a run.
+
+        Args:
+            run: The run.
+            kind: What happened.
+            since: When the tick began that it belongs to: whatever a tick measures begins no earlier, and
+                whatever wakes the next one has ended by its beginning. Now when not given.
+            **data: Details.
+        """
         if run.status.final and kind is not EventKind.ENDED:
             return  # a skill that reports its end after its run was closed without it
-        event = RunEvent(self._clock.now(), run.run_id, kind, data, run.ticks)
+        time = self._clock.now() if since is None else since
+        event = RunEvent(time, run.run_id, kind, data, run.ticks)
         self.log.write(run, event)
         self._notify(run, event)
 

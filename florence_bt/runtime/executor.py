@@ -6,7 +6,7 @@ a trigger, a stop. At most one mission runs at a time; further ones wait or are 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from typing import Protocol
 
 from florence_bt.behaviours.keys import KeyStore
@@ -16,6 +16,7 @@ from florence_bt.core.declaration import SkillDeclaration
 from florence_bt.core.errors import ConfigError, FlorenceError
 from florence_bt.core.skill import Skill
 from florence_bt.runtime.arbiter import Admission, decide, name_of
+from florence_bt.runtime.breakpoints import Breakpoints
 from florence_bt.runtime.event_bus import EventBus, EventLog, Listener, NoLog
 from florence_bt.runtime.events import EventKind, seconds_text
 from florence_bt.runtime.missions import MissionFolders, ReloadReport
@@ -72,6 +73,7 @@ class Executor:
         current: The run that is not over yet, or None.
         last: The run that ended last, or None.
         left_runs: What a dead process left, as long as it is not decided what becomes of it; else None.
+        lost_breakpoints: The breakpoints that a process before had; they died with it.
     """
 
     def __init__(
@@ -91,6 +93,8 @@ class Executor:
         self.current: MissionRun | None = None
         self.last: MissionRun | None = None
         self.left_runs: LeftRuns | None = None
+        self.lost_breakpoints: tuple[str, ...] = ()
+        self._breakpoints = Breakpoints()
         self._queue = RunQueue(queue_limit)
         self._active: TreeRun | None = None
         self._missions = library
@@ -252,7 +256,15 @@ class Executor:
         missions = self._missions
         held = missions.held if isinstance(missions, MissionFolders) else {}
         trouble = self._event_bus.log.trouble
-        return [*(f"{name}: {reason}" for name, reason in held.items()), *([trouble] if trouble else [])]
+        told = [*(f"{name}: {reason}" for name, reason in held.items()), *([trouble] if trouble else [])]
+        if self._breakpoints.names:
+            told.append(f"breakpoints are set: {', '.join(self._breakpoints.names)} (florence break --clear)")
+        if self.lost_breakpoints:
+            lost = " ".join(map(repr, self.lost_breakpoints))
+            told.append(
+                f"breakpoints were lost with the process before: florence break {lost} sets them again"
+            )
+        return told
 
     def note_about(self, mission: str) -> str:
         """Return what callers of a mission should know, e.g. that an edit is not used; mostly empty."""
@@ -264,7 +276,7 @@ class Executor:
         missions = self._missions
         return missions.version_of(mission) if isinstance(missions, MissionFolders) else ""
 
-    # ---- pause and override ---------------------------------------------------------------------------
+    # ---- pause ----------------------------------------------------------------------------------------
 
     def pause(self, reason: str, run_id: str | None = None) -> MissionRun:
         """Pause the current run: its skills are cancelled, its tree is not ticked, its time stands still.
@@ -296,6 +308,57 @@ class Executor:
             raise RequestRefused(f"{name_of(active.run)} is not paused; it goes on already")
         active.resume()
         return active.run
+
+    # ---- breakpoints ----------------------------------------------------------------------------------
+
+    @property
+    def breakpoints(self) -> tuple[str, ...]:
+        """The breakpoints, in the order in which they were set."""
+        return tuple(self._breakpoints.names)
+
+    def break_before(self, names: Iterable[str]) -> None:
+        """Pause every run before a node of these names starts (:class:`Breakpoints`), until :meth:`clear`."""
+        self._breakpoints.add(names)
+        self._tell_breakpoints()
+
+    def clear(self, names: Collection[str] = ()) -> None:
+        """Take breakpoints away, all when none is named. A run that stands at one stays paused.
+
+        Raises:
+            ConfigError: There is no such breakpoint.
+        """
+        unknown = self._breakpoints.remove(names or self.breakpoints)
+        self._tell_breakpoints()
+        if unknown:
+            raise ConfigError(
+                f"there is no breakpoint {unknown[0]!r}",
+                valid=self._breakpoints.names or ["florence break NODE"],
+            )
+
+    def step(self, run_id: str | None = None) -> MissionRun:
+        """Let the current run go on to the start of the next leaf, and pause it before that.
+
+        Raises:
+            RequestRefused: There is no run that could be paused; says why.
+        """
+        active = self._pausable(run_id, "stepped")
+        self._breakpoints.stepping = True
+        if active.run.status is RunStatus.PAUSED:
+            active.resume()
+        return active.run
+
+    def _tell_breakpoints(self) -> None:
+        """Keep in the journal which breakpoints a run has: a process that follows cannot know them."""
+        self.lost_breakpoints = ()
+        if self.current is not None:
+            self._event_bus.publish(
+                self.current,
+                EventKind.BREAKPOINTS,
+                nodes=list(self.breakpoints),
+                reason=", ".join(self.breakpoints) or "none",
+            )
+
+    # ---- override -------------------------------------------------------------------------------------
 
     def override(self, reason: str) -> None:
         """Stop the current run, drop every queued one and let nothing start until :meth:`release`."""
@@ -378,6 +441,7 @@ class Executor:
             self._clock,
             self.wake,
             self._event_bus,
+            self._breakpoints,
             self._yield_cpu,
         )
 
@@ -413,6 +477,8 @@ class Executor:
         self._event_bus.publish(
             run, EventKind.STARTED, inputs=dict(run.inputs), kinds=kinds, caller=run.request.caller
         )
+        if self.breakpoints:
+            self._tell_breakpoints()
         self.wake()
 
     def _after_tick(self, run: MissionRun) -> None:
@@ -420,6 +486,7 @@ class Executor:
 
     def _on_over(self, run: MissionRun, status: RunStatus, why: Why | None) -> None:
         self.current = self._active = None
+        self._breakpoints.stepping = False
         self.last = run
         self._close(run, status, why)
         self._start_next()

@@ -10,6 +10,7 @@ from florence_bt.core.clock import Clock
 from florence_bt.core.declaration import SkillDeclaration
 from florence_bt.core.outcome import failure
 from florence_bt.core.skill import InstantSkill, Skill
+from florence_bt.runtime.breakpoints import Breakpoints
 from florence_bt.runtime.event_bus import EventBus
 from florence_bt.trees.language.loader import MissionLibrary
 
@@ -32,6 +33,7 @@ class RunEnvironment:
         clock: Drives everything.
         wake: Asks for :meth:`TreeRun.step` soon.
         event_bus: Tells what happens.
+        breakpoints: Before which nodes runs are paused.
         yield_cpu: Called when what is urgent is done, before the rest: processes that got a goal may begin.
     """
 
@@ -41,6 +43,7 @@ class RunEnvironment:
     clock: Clock
     wake: Callable[[], None]
     event_bus: EventBus
+    breakpoints: Breakpoints
     yield_cpu: Callable[[], None] = _nothing
 
 

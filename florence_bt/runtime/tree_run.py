@@ -82,6 +82,7 @@ class TreeRun:
         self._end: tuple[RunStatus, Why | None] | None = None
         self._limit: Timer | None = None
         self._held: list[Callable[[], None]] | None = None
+        self._tick_began: float | None = None
         self._resume_wanted = False
         self._resume_kind = EventKind.RESUMED
 
@@ -127,25 +128,46 @@ class TreeRun:
             return
         self.run.ticks += 1
         self._held = []
+        self._tick_began = self._environment.clock.now()
         try:
             self._context.tick_beside()
             if goes_on:
-                self._ticks.tick()
+                self._ticks.tick(self._environment.breakpoints.gate())
         except Exception as error:
             # A bug in a behaviour or a skill must not take the mission server, and its stop service, away.
             self._break_down(error)
+            self._tick_began = None
             return
         finally:
             self._do_held()
             self._held = None
         if goes_on:
+            self._tell_held()
             self._after_main_tick()
+        self._tick_began = None
+        if goes_on:
+            self._stand_at_breakpoint()
+
+    def _tell_held(self) -> None:
+        if self._ticks.held:
+            paths = list(map(path_of, self._ticks.held))
+            self._publish(EventKind.HELD, nodes=paths)
+
+    def _stand_at_breakpoint(self) -> None:
+        """Pause a run when the tick has come to a node that is not to be started yet, and has not left it."""
+        breakpoints = self._environment.breakpoints
+        waiting = [node for node in self._ticks.held if node.status is Status.RUNNING]
+        # A replay is paused when its journal says so.
+        if waiting and self.run.status is RunStatus.RUNNING and not breakpoints.paths:
+            breakpoints.stepping = False
+            names = " and ".join(repr(node.name) for node in waiting)
+            self.pause(f"a breakpoint before {names}")
 
     def _after_main_tick(self) -> None:
         """Publish what the tick has changed, and end with the tree."""
         root = self.root
         for change in self._ticks.changes():
-            self._environment.event_bus.publish(self.run, EventKind.NODE, **change)
+            self._publish(EventKind.NODE, **change)
         self.on_tick(self.run)
         if root.status is Status.SUCCESS:
             self.run.outputs = self.tree.outputs()
@@ -309,6 +331,7 @@ class TreeRun:
         self.end(RunStatus.FAILED, why)
 
     def _stop_tree(self) -> None:
+        self._ticks.let_go()
         self._ticks.note_end()
         try:
             self.root.stop(Status.INVALID)
@@ -386,6 +409,10 @@ class TreeRun:
         self.run.tree = draw_rows(self.run.rows)
         self.on_over(self.run, status, why)
 
+    def _publish(self, kind: EventKind, **data: Any) -> None:
+        """Publish what a tick has brought about, or what happened between two ticks."""
+        self._environment.event_bus.publish(self.run, kind, since=self._tick_began, **data)
+
     # ---- skills ---------------------------------------------------------------------------------------
 
     def _wake(self) -> None:
@@ -403,13 +430,10 @@ class TreeRun:
 
     def _publish_started(self, path: str, skill: str, inputs: Mapping[str, Any], again: bool) -> None:
         more = {"again": True} if again else {}
-        self._environment.event_bus.publish(
-            self.run, EventKind.SKILL_STARTED, node=path, skill=skill, inputs=dict(inputs), **more
-        )
+        self._publish(EventKind.SKILL_STARTED, node=path, skill=skill, inputs=dict(inputs), **more)
 
     def _publish_ended(self, path: str, skill: str, result: Result, flags: Mapping[str, bool]) -> None:
-        self._environment.event_bus.publish(
-            self.run,
+        self._publish(
             EventKind.SKILL_ENDED,
             node=path,
             skill=skill,
@@ -445,12 +469,14 @@ class TreeTicks:
 
     Attributes:
         tick: Ticks the tree once.
+        let_go: Lets the nodes that were held be what they are: not started.
         count: How many ticks there were in a row for which nothing outside the tree had to happen.
     """
 
     def __init__(self, root: Behaviour, clock: Clock) -> None:
         self._ticker = Ticker(root, record=True)
         self.tick = self._ticker.tick
+        self.let_go = self._ticker.let_go
         self._clock = clock
         self._times: dict[Behaviour, tuple[float, float | None]] = {}
         self._paths: dict[Behaviour, str] = {}
@@ -458,6 +484,11 @@ class TreeTicks:
         self._began: dict[Behaviour, int] = {}
         self.count = 0
         self._moment = -1.0
+
+    @property
+    def held(self) -> tuple[Behaviour, ...]:
+        """The nodes that the last tick has not started because of a breakpoint."""
+        return self._ticker.held
 
     def note_end(self) -> None:
         """Note where every node stands, before the tree is stopped and its nodes forget it; count anew."""

@@ -374,6 +374,22 @@ class MissionBench:
 
         return self.call(ResumeMission, "resume", run_id=run_id)
 
+    def breakpoints(self, add=(), remove=(), clear=False):
+        from florence_interfaces.srv import SetBreakpoints
+
+        return self.call(SetBreakpoints, "breakpoints", add=list(add), remove=list(remove), clear=clear)
+
+    def run_with_breakpoint(self, mission, node):
+        """Start a mission that is to be paused before a node."""
+        answer = self.breakpoints(add=[node])
+        assert answer.success and list(answer.breakpoints) == [node]
+        return self.run(mission)
+
+    def call_step(self):
+        from florence_interfaces.srv import ResumeMission
+
+        return self.call(ResumeMission, "step")
+
     def override(self, on):
         """Say what the base's driver would say."""
         from tests.ros.override_driver import OverrideDriver

@@ -59,6 +59,32 @@ def test_a_start_and_a_resume_that_come_after_their_date_do_nothing(bench_of):
     assert bench.status().state == "PAUSED"
 
 
+def test_breakpoints_pause_a_run_before_its_node_and_a_stop_works_as_always(bench_of):
+    bench = bench_of(Step(success(), after=0.1))
+    run_id = bench.run_with_breakpoint("drive_once", "drive").run_id
+    status = bench.wait("PAUSED")
+    assert status.run_id == run_id and "drive" in status.reason and "breakpoint" in status.tree
+    assert not bench.drive.runs
+    assert bench.call_step().success
+    assert bench.wait("SUCCEEDED").run_id == run_id and len(bench.drive.runs) == 1
+    second = bench.run("drive_once").run_id
+    assert bench.wait("PAUSED").run_id == second
+    assert bench.stop().success and bench.wait("STOPPED").run_id == second
+    assert not bench.call_step().success and len(bench.drive.runs) == 1
+    assert not bench.breakpoints(remove=["no such node"]).success
+    assert bench.breakpoints(clear=True).breakpoints == []
+
+
+def test_a_step_that_comes_after_its_date_does_nothing(bench_of):
+    from florence_interfaces.srv import ResumeMission
+
+    bench = bench_of()
+    bench.run_with_breakpoint("drive_once", "drive")
+    bench.wait("PAUSED")
+    late = bench.call(ResumeMission, "step", valid_until=stamp_to_ros(time.time() - 0.5))
+    assert not late.success and bench.status().state == "PAUSED" and not bench.drive.runs
+
+
 def test_a_paused_mission_can_be_stopped(bench_of):
     bench = bench_of()
     bench.run("drive_once")

@@ -6,7 +6,7 @@ import functools
 import json
 import math
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
@@ -22,6 +22,7 @@ from florence_interfaces.srv import (
     ReloadMissions,
     ResumeMission,
     RunMission,
+    SetBreakpoints,
     StopMission,
 )
 from std_msgs.msg import String
@@ -346,6 +347,15 @@ class MissionClient(Closing):
     def resume(self, run_id: str = "") -> Any:
         """Go on with a paused run, or the current one; the answer has success and message."""
         return self.call(ResumeMission, "florence_bt/resume", ResumeMission.Request(run_id=run_id))
+
+    def step(self, run_id: str = "") -> Any:
+        """Let a run, or the current one, go on to its next leaf; the answer has success and message."""
+        return self.call(ResumeMission, "florence_bt/step", ResumeMission.Request(run_id=run_id))
+
+    def breakpoints(self, add: Sequence[str] = (), remove: Sequence[str] = (), *, clear: bool = False) -> Any:
+        """Set breakpoints and take others away; the answer has success, message and breakpoints."""
+        request = SetBreakpoints.Request(add=list(add), remove=list(remove), clear=clear)
+        return self.call(SetBreakpoints, "florence_bt/breakpoints", request)
 
     def reload(self) -> Any:
         """Let the mission server read its mission files again; the answer has success and report."""

@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import closing
 from typing import TYPE_CHECKING, Any
 
@@ -168,6 +168,22 @@ def resume_mission(run_id: str) -> tuple[bool, str]:
     with MissionClient() as client:
         answer = client.resume(run_id)
         return bool(answer.success), str(answer.message)
+
+
+def step_mission(run_id: str) -> tuple[bool, str]:
+    """Let a run, or the current one, go on to its next leaf: (whether it does, a message)."""
+    with MissionClient() as client:
+        answer = client.step(run_id)
+        return bool(answer.success), str(answer.message)
+
+
+def set_breakpoints(add: Sequence[str], remove: Sequence[str], *, clear: bool) -> tuple[bool, str]:
+    """Set breakpoints and take others away: (whether it was done, what there is now)."""
+    with MissionClient() as client:
+        answer = client.breakpoints(add, remove, clear=clear)
+    names = ", ".join(answer.breakpoints)
+    now = f"runs are paused before: {names}" if names else "there are no breakpoints"
+    return bool(answer.success), f"{answer.message}\n{now}" if answer.message else now
 
 
 def answer_question(text: str) -> tuple[bool, str]:

@@ -36,6 +36,10 @@ Tick = Callable[[Any], Status]
 """Ticks a node with what is below it; returns the new status of the node."""
 Halt = Callable[[Any], None]
 """Stops a node with what is below it: ``node.stop(Status.INVALID)``."""
+Holds = Callable[[Behaviour], bool]
+"""Tells whether a node is not to be started yet."""
+HELD = "held at a breakpoint"
+"""What a node says that is not started yet."""
 StatusChange = tuple[Behaviour, Status, Status]
 """A node, its status before and its status after."""
 
@@ -67,16 +71,47 @@ class TickTable:
         ticks: How a node is ticked, by its class.
         halts: How a node is stopped, by its class.
         changes: The changes since they were cleared, in order.
+        held: The nodes that were not started because :meth:`hold` says so, though their parents see them run.
     """
 
     def __init__(self, record: bool) -> None:
         self.record = record
         self.changes: list[StatusChange] = []
+        self.held: list[Behaviour] = []
+        self._holds: Holds | None = None
+        self._plain: dict[type, Tick] = {}
         self.ticks: dict[type, Tick] = _ByClass(self._learn)
         self.halts: dict[type, Halt] = _ByClass(self._learn)
 
     def _learn(self, cls: type) -> None:
-        self.ticks[cls], self.halts[cls] = _functions_of(self, cls)
+        self._plain[cls], self.halts[cls] = _functions_of(self, cls)
+        self.ticks[cls] = self._with_holds(self._plain[cls])
+
+    def hold(self, holds: Holds | None) -> None:
+        """Ask before each start of a node from now on; None for no longer, which costs nothing."""
+        if holds is not self._holds:
+            self._holds = holds
+            for cls, tick in self._plain.items():
+                self.ticks[cls] = self._with_holds(tick)
+
+    def _with_holds(self, tick: Tick) -> Tick:
+        holds = self._holds
+        if holds is None:
+            return tick
+
+        def tick_or_hold(node: Any) -> Status:
+            if node.status is RUNNING:
+                # A loop may come to a node twice in a tick.
+                return RUNNING if node in self.held else tick(node)
+            if not holds(node):
+                return tick(node)
+            if node not in self.held:
+                self.held.append(node)
+            node.feedback_message = HELD
+            self.change(node, RUNNING)
+            return RUNNING
+
+        return tick_or_hold
 
     def change(self, node: Behaviour, new: Status) -> None:
         """Give a node another status."""
@@ -158,8 +193,17 @@ class Ticker:
         """
         return tuple(self._table.changes)
 
-    def tick(self) -> Status:
+    @property
+    def held(self) -> tuple[Behaviour, ...]:
+        """The nodes that the last tick has not started because of its argument."""
+        return tuple(self._table.held)
+
+    def tick(self, holds: Holds | None = None) -> Status:
         """Tick once.
+
+        Args:
+            holds: Asked before each start of a node whether it is not started yet; the node is shown as
+                running. Those that were held in the tick before are started without asking.
 
         Returns:
             The new status of the root.
@@ -167,12 +211,34 @@ class Ticker:
         root, table = self.root, self._table
         table.changes.clear()
         self.count += 1
+        passing = set(self.let_go())
+        table.hold(_unless_passing(holds, passing) if passing and holds else holds)
         return table.ticks[root.__class__](root)
+
+    def let_go(self) -> list[Behaviour]:
+        """Let the nodes that were held be what they are, not started; return them."""
+        held, self._table.held = self._table.held, []
+        for node in held:
+            if node.status is RUNNING:
+                node.status = INVALID
+        return held
 
     def stop(self) -> None:
         """Stop the whole tree with INVALID; when recording, :attr:`changes` has what that changed."""
         self._table.changes.clear()
         self._table.halt(self.root)
+
+
+def _unless_passing(holds: Holds, passing: set[Behaviour]) -> Holds:
+    """Let each of some nodes start once without asking."""
+
+    def ask(node: Behaviour) -> bool:
+        if node in passing:
+            passing.discard(node)
+            return False
+        return holds(node)
+
+    return ask
 
 
 # ---- leaves, decorators, and nodes with a ``tick`` or ``stop`` of their own -----------------------------

@@ -82,6 +82,8 @@ def scenario_of(
     Raises:
         ConfigError: No scenario can do that; says where it first does something else.
     """
+    if any(event.kind == EventKind.HELD.value for event in events):
+        raise ConfigError(f"the run {row.run_id} stood at a breakpoint, which no scenario can say")
     one_clock = list(with_one_clock(events))
     mission_map = map_mission(library.get(row.mission), library, declarations)
     writer = _Writer(row, one_clock, mission_map, library, declarations)

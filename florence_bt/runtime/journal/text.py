@@ -22,6 +22,7 @@ _WORDS = {
     EventKind.RECOVERED.value: "recovered after a crash",
     EventKind.OVERRIDDEN.value: "the base is given up",
     EventKind.STOP_ASKED.value: "stop asked",
+    EventKind.BREAKPOINTS.value: "breakpoints",
     EventKind.BROKEN.value: "an error inside",
     EventKind.ENDED.value: "ended",
 }

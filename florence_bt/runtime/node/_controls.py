@@ -7,7 +7,14 @@ from collections.abc import Callable
 from datetime import UTC, datetime
 
 from florence_interfaces.msg import ManualOverride, Question
-from florence_interfaces.srv import AnswerQuestion, PauseMission, ReloadMissions, ResumeMission, StopMission
+from florence_interfaces.srv import (
+    AnswerQuestion,
+    PauseMission,
+    ReloadMissions,
+    ResumeMission,
+    SetBreakpoints,
+    StopMission,
+)
 from std_msgs.msg import String
 from std_srvs.srv import SetBool
 
@@ -29,7 +36,7 @@ OVERRIDE_BY_S = 5.0
 
 
 class Controls:
-    """Serves ``florence_bt/stop``, ``pause``, ``resume``, ``answer``, ``reload_missions``, obeys overrides.
+    """Serves ``florence_bt/stop``, ``pause``, ``resume``, ``breakpoints`` and the like, obeys overrides.
 
     Args:
         node: The node that serves them.
@@ -58,6 +65,8 @@ class Controls:
         node.create_service(StopMission, "florence_bt/stop", self._on_stop)
         node.create_service(PauseMission, "florence_bt/pause", self._on_pause)
         node.create_service(ResumeMission, "florence_bt/resume", self._on_resume)
+        node.create_service(SetBreakpoints, "florence_bt/breakpoints", self._on_breakpoints)
+        node.create_service(ResumeMission, "florence_bt/step", self._on_step)
         node.create_service(ReloadMissions, "florence_bt/reload_missions", self._on_reload)
         if answers is not None:
             self._answers = answers
@@ -115,6 +124,36 @@ class Controls:
             return response
         waits = " as soon as its skills have stopped" if run.status is RunStatus.PAUSED else ""
         response.success, response.message = True, f"{run.run_id} goes on{waits}"
+        return response
+
+    def _on_breakpoints(
+        self, request: SetBreakpoints.Request, response: SetBreakpoints.Response
+    ) -> SetBreakpoints.Response:
+        try:
+            added, removed = (
+                [checked_text("the name of a node", name) for name in names]
+                for names in (request.add, request.remove)
+            )
+            if request.clear or removed:
+                self._missions.clear(() if request.clear else removed)
+            if added:
+                self._missions.break_before(added)
+            response.success = True
+        except FlorenceError as error:
+            response.message = str(error)
+        response.breakpoints = list(self._missions.breakpoints)
+        return response
+
+    def _on_step(
+        self, request: ResumeMission.Request, response: ResumeMission.Response
+    ) -> ResumeMission.Response:
+        try:
+            check_in_time(stamp_from_ros(request.valid_until))
+            run = self._missions.step(_id(request.run_id))
+        except FlorenceError as error:
+            response.message = str(error)
+            return response
+        response.success, response.message = True, f"{run.run_id} goes on to its next leaf"
         return response
 
     def _on_reload(

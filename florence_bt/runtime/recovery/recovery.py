@@ -89,6 +89,12 @@ class LeftRun:
         """Say why it was paused; empty when it was not."""
         return self.row.reason if self.row.state == RunStatus.PAUSED.value else ""
 
+    @property
+    def breakpoints(self) -> tuple[str, ...]:
+        """The breakpoints that there were last."""
+        told = [event.data for event in self.events if event.kind == EventKind.BREAKPOINTS.value]
+        return tuple(map(str, told[-1].get("nodes", ()))) if told else ()
+
     def accepted_after(self, date: datetime) -> bool:
         """Tell whether it was triggered after a date; not when its own date is damaged."""
         try:
@@ -297,10 +303,20 @@ class Recovery:
         self._executor.block(RECOVERY, None)
         self._pause_asked = self._paused()
         past, self._past = self._past, []
+        for each in past:
+            self._tell_lost_breakpoints(each)
         # One transaction: after another crash nothing is forgotten, restarted twice, or drives off.
         with self._journal.together():
             self._executor.queue_again(self._take_up(past, unsafe))
             self._stay_paused()
+
+    def _tell_lost_breakpoints(self, past: LeftRun) -> None:
+        if past.breakpoints:
+            self._executor.lost_breakpoints = past.breakpoints
+            names = ", ".join(past.breakpoints)
+            self._notify(
+                f"breakpoints are lost with the process that died: {names}; florence break sets them"
+            )
 
     def _take_up(self, past: Sequence[LeftRun], unsafe: str) -> list[MissionRun]:
         """Abort, restart or resume each run; gives those that go on waiting for their turn."""

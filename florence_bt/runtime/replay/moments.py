@@ -8,7 +8,9 @@ from dataclasses import dataclass
 from florence_bt.runtime.events import EventKind
 from florence_bt.runtime.journal import JournaledEvent
 
-TICKED = frozenset({EventKind.NODE.value, EventKind.SKILL_STARTED.value, EventKind.SKILL_ENDED.value})
+TICKED = frozenset(
+    kind.value for kind in (EventKind.NODE, EventKind.SKILL_STARTED, EventKind.SKILL_ENDED, EventKind.HELD)
+)
 """What a tick brings about."""
 COMPARED = frozenset({EventKind.NODE.value, EventKind.SKILL_STARTED.value})
 """What a mission does by itself: a replay must do the same."""

@@ -17,6 +17,7 @@ from florence_bt.behaviours.why import Why, path_of
 from florence_bt.core.clock import ManualClock
 from florence_bt.core.declaration import SkillDeclaration
 from florence_bt.core.errors import FlorenceError
+from florence_bt.runtime.breakpoints import Breakpoints
 from florence_bt.runtime.event_bus import EventBus, NoLog
 from florence_bt.runtime.events import EventKind, RunEvent
 from florence_bt.runtime.journal import JournaledEvent
@@ -178,7 +179,10 @@ class Replay:
         self._moment_at, self._before = self._clock.now(), 0.0
         event_bus = EventBus(self._clock, NoLog())
         event_bus.add_listener(lambda run, event: self._done.append(event))
-        environment = RunEnvironment(library, self._skills, declarations, self._clock, self._wake, event_bus)
+        self._breakpoints = Breakpoints()
+        environment = RunEnvironment(
+            library, self._skills, declarations, self._clock, self._wake, event_bus, self._breakpoints
+        )
         self.tree = TreeRun(self.run, environment, lambda run: None, self._on_over)
         self.run.status = RunStatus.RUNNING
         beginning = self.moments[0].events
@@ -281,6 +285,8 @@ class Replay:
         self._advance(moment.time, self._early_s)
         self._release()
         self.run.ticks = moment.tick - 1
+        held = [event.data.get("nodes", ()) for event in moment.events if event.kind == EventKind.HELD.value]
+        self._breakpoints.paths = [path for paths in held for path in paths]
         for node in self._asked_again(moment):
             node.ask_again()
         self._step_tree()

@@ -87,6 +87,20 @@ CALLS = {
         {"run_id": "R-1", "valid_until": Time()},
         {},
     ),
+    "step": (
+        lambda c: c.step("R-1"),
+        "ResumeMission",
+        "florence_bt/step",
+        {"run_id": "R-1", "valid_until": Time()},
+        {},
+    ),
+    "breakpoints": (
+        lambda c: c.breakpoints(["look"], ["drive"], clear=True),
+        "SetBreakpoints",
+        "florence_bt/breakpoints",
+        {"add": ["look"], "remove": ["drive"], "clear": True},
+        {},
+    ),
     "reload": (
         lambda c: c.reload(),
         "ReloadMissions",
