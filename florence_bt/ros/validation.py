@@ -36,6 +36,8 @@ MAX_WAIT_S = 86_400
 MOST_CHARGE = 1.1
 """Of the full charge: the capacity of a battery is an estimate, which a fresh one may exceed."""
 MAX_NOTE_S = 60.0
+MAX_RUN_S = 1e9
+"""A run of thirty years."""
 MAX_ITEMS = 1_000
 """Transforms or joints in one message."""
 MAX_JOY = 100
@@ -400,6 +402,20 @@ def _zones(message: Any, now: Now | None) -> None:
             _between(f"the speed_limit of {zone.label!r}", zone.speed_limit, 0.0, greatest, unit)
 
 
+def _run_tree(message: Any, now: Now | None) -> None:
+    for name in ("run_id", "mission", "state"):
+        _name(name, getattr(message, name))
+    _between("seconds", message.seconds, -1.0, MAX_RUN_S, "s")
+    outputs = len(message.output_names)
+    _between("the number of output_values", len(message.output_values), outputs, outputs)
+    deepest = 0
+    for node in message.nodes:
+        _between("status", node.status, 1, 4)
+        _between("depth", node.depth, 0, deepest)
+        _between("seconds of a node", node.seconds, -1.0, MAX_RUN_S, "s")
+        deepest = node.depth + 1
+
+
 CHECKS: Mapping[str, Check] = {
     "builtin_interfaces/Time": _date,
     "geometry_msgs/Twist": _twist,
@@ -422,6 +438,7 @@ CHECKS: Mapping[str, Check] = {
     "florence_interfaces/DetectedUser": _numbers(MAX_DISTANCE_M, "m", "user_position_x", "user_position_y"),
     # How old a report may be depends on the sensor: HomeSensors judges it.
     "florence_interfaces/HomeEvent": _all(_names("sensor"), _moment("stamp")),
+    "florence_interfaces/RunTree": _run_tree,
     "florence_interfaces/RunState": _names("run_id", "mission", "state", "code"),
     "florence_interfaces/TurtlebotSensorState": _all(
         lambda message, now: _header(message.header, now),

@@ -209,6 +209,7 @@ def test_what_has_ended_goes(ros: Any, page: int) -> None:
     robot.battery.publish(BatteryState(percentage=0.5))
     robot.stop.publish(StopReason(code="bumper", text="the left bumper is pressed"))
     robot.goal.publish(pose_stamped_to_ros(Pose2(1.0, 1.0), "map", 0.0))
+    robot.tree.publish(RunTree(mission="m", nodes=[TreeNode(status=99, title="no such node")]))
     robot.tree.publish(RunTree(mission="m", nodes=[TreeNode(status=TreeNode.RUNNING, title="greet")]))
     begin()
 

@@ -168,10 +168,17 @@ def _fill_home_event(message: Any) -> None:
     message.sensor, message.active = "pir", True
 
 
+def _fill_run_tree(message: Any) -> None:
+    from florence_interfaces.msg import TreeNode
+
+    message.mission, message.nodes = "go", [TreeNode(status=TreeNode.RUNNING, title="go")]
+
+
 _FILLED: dict[str, Callable[[Any], None]] = {
     "HomeEvent": _fill_home_event,
     "LaserScan": _fill_scan,
     "OccupancyGrid": _fill_map,
+    "RunTree": _fill_run_tree,
     "Image": _fill_image,
     "CameraInfo": _fill_camera,
     "TFMessage": _fill_frames,

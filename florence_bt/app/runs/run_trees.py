@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from florence_interfaces import msg as florence
 
+from florence_bt.ros.validation import BadMessage, problem_with
 from florence_bt.runtime.viewers.run_tree import RunTree
 from florence_bt.runtime.viewers.snapshot import STATUS
 from florence_bt.trees.drawings.ascii import TreeRow
@@ -15,8 +16,11 @@ def run_tree_from_ros(message: florence.RunTree) -> RunTree:
     """Convert a run with its tree.
 
     Raises:
-        KeyError: A node has a status that there is not.
+        BadMessage: There is no such run, as of a mission server of another version.
     """
+    problem = problem_with(message)
+    if problem is not None:
+        raise BadMessage(f"the tree of the run cannot be read: {problem}", "a mission server of this version")
     return RunTree(
         run_id=message.run_id,
         mission=message.mission,

@@ -348,7 +348,8 @@ class SceneNode(FlorenceNode):
         )
         self._tree: bytes | None = None
         self._tree_due = -math.inf
-        self._decode_tree = self._decoded(self._on_tree, RUN_TREE, RunTree)
+        checked = self._checked(self._on_tree, RUN_TREE, RunTree, None, judge_stamps=False)
+        self._decode_tree = self._decoded(checked, RUN_TREE, RunTree)
         self.create_subscription(RunTree, RUN_TREE, self._on_tree_bytes, LATCHED, raw=True, **brief)
         self.create_subscription(PoseWithCovarianceStamped, AMCL_POSE, self._on_pose, LATCHED, **brief)
         self.create_timer(FOLLOW_S, self._follow_robot)

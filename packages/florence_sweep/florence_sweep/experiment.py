@@ -21,8 +21,8 @@ from florence_bt.simulation.sensors.kinect_sensor import KinectNoiseParameters
 from florence_bt.simulation.sensors.laser_sensor import LaserParameters
 
 DRAWN_TEXT = (
-    "No network has looked for people in the runs with drawn detections: what it would say was drawn from how "
-    "often it was right."
+    "No network has looked for people in the runs with drawn detections: what it would say was drawn from "
+    "how often it was right."
 )
 PITCH = "pitch"
 """Parameter of the Kinect: degrees that it looks further down than the robot's description says."""

@@ -21,6 +21,7 @@ from florence_bt.app.runs import remote
 from florence_bt.app.runs.client import LOCATOR, RELOAD_BUDGET_S, MissionClient
 from florence_bt.app.runs.run_trees import run_tree_from_ros
 from florence_bt.cli.application import app
+from florence_bt.core.errors import FlorenceError
 from florence_bt.runtime.node._convert import run_tree_to_ros
 from florence_bt.runtime.viewers.run_tree import RunTree
 from florence_bt.trees.drawings.ascii import TreeRow
@@ -213,6 +214,10 @@ def test_a_run_with_its_tree_comes_as_it_was_sent():
     whole = replace(TREE, nodes=nodes, notes=("a", "b"), outputs={"x": "1 m"}, why="w", warnings=("v",))
     for tree in (whole, RunTree(), RunTree(text="[+] m", mission="m")):
         assert run_tree_from_ros(run_tree_to_ros(tree)) == tree
+    told = run_tree_to_ros(whole)
+    told.nodes[1].status = 77
+    with pytest.raises(FlorenceError, match="status is 77"):
+        run_tree_from_ros(told)
 
 
 @pytest.mark.parametrize(

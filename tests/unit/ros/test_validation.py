@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 pytest.importorskip("rclpy")
+from florence_interfaces.msg import RunTree
 from geometry_msgs.msg import Twist
 from nav2_msgs.action import NavigateToPose, Spin
 from nav_msgs.msg import OccupancyGrid, Odometry
@@ -42,6 +43,11 @@ def changed(message_type: Any, field: str, value: Any, stamp: float = NOW) -> An
         (Odometry, "pose.pose.position.x", 1e308, "pose.position.x is 1e+308"),
         (Odometry, "pose.pose.orientation.w", 0.0, "not a rotation"),
         (Odometry, "header.frame_id", "a\x1b[2J", "characters that can be printed"),
+        (RunTree, "nodes.0.status", 0, "status is 0 (would have worked: 1 to 4)"),
+        (RunTree, "nodes.0.depth", 1, "depth is 1"),
+        (RunTree, "nodes.0.seconds", math.inf, "seconds of a node is inf"),
+        (RunTree, "seconds", math.nan, "seconds is nan"),
+        (RunTree, "output_names", ["a"], "the number of output_values is 0"),
         (OccupancyGrid, "info.width", 61, "a map of 61 x 50 cells has 3000 values"),
         (OccupancyGrid, "info.width", 0, "the number of cells is 0"),
         (OccupancyGrid, "info.height", 2**32 - 1, "1 to 2.5e+07"),
