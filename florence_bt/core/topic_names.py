@@ -84,6 +84,8 @@ AREA_M2, WAY_M, LOOPS = "m2", "m", "loops"
 
 SUPERVISOR = "florence_up"
 """The node of ``florence up``, and the name before each part of its ``diagnostics`` on its processes."""
+PROCESS = "process "
+"""Stands before the name of the process in such a part."""
 
 NAVIGATE_TO_POSE, NAVIGATE_THROUGH_POSES = "navigate_to_pose", "navigate_through_poses"
 """The actions of Nav2 (and of Florence's navigation) that drive."""

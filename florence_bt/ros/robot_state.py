@@ -33,6 +33,7 @@ from florence_bt.core.topic_names import (
     NAVIGATE_TO_POSE,
     ODOMETRY,
     OVERRIDE_STATE,
+    PROCESS,
     REFUSALS,
     RUN_STATE,
     SERVERS_STATUS,
@@ -234,6 +235,14 @@ class RobotState:
             what: told.message
             for _, what, told in self.fresh_diagnoses(SUPERVISOR)
             if told.level is not Severity.OK
+        }
+
+    def processes_down(self) -> set[str]:
+        """Return which processes of ``florence up`` have died or do not answer, by their names."""
+        return {
+            what.removeprefix(PROCESS)
+            for _, what, told in self.fresh_diagnoses(SUPERVISOR)
+            if told.level is Severity.ERROR
         }
 
     def _subscribe(

@@ -279,19 +279,28 @@ def test_the_battery_of_a_driver_that_hangs_is_shown_with_its_age(ros: Any, page
 def test_who_hangs_or_is_late_is_shown_until_it_does_not(ros: Any, page: int) -> None:
     up, busy, viewer = ros.add(FlorenceNode(SUPERVISOR)), ros.add(FlorenceNode("busy")), Viewer(page)
     publisher = diagnostics_publisher(up)
+    busy.health.count_late(3.2)
+    hangs, late = "process hardware: has not answered for 3 s", "the process of busy is 3.2 s behind"
+
+    down = ["hardware"]
 
     def shows(*texts: str) -> bool:
-        found = {"process hardware": Diagnosis(Severity.ERROR, "has not answered for 3 s")}
+        hanging = Diagnosis(Severity.ERROR, "has not answered for 3 s")
+        found = {f"process {name}": hanging for name in down}
         publisher.publish(diagnostics_to_ros(found, SUPERVISOR, "", up.stamp()))
         viewer.take()
         shown = viewer.parts.get("state", {}).get("trouble") or ""
         return all(text in shown for text in texts)
 
-    busy.health.count_late(3.2)
-    hangs, late = "process hardware: has not answered for 3 s", "the process of busy is 3.2 s behind"
     ros.spin_until(lambda: shows(hangs, late), what="both")
     ros.close_node(busy)
     ros.spin_until(lambda: shows(hangs) and not shows(late), what="that nobody is late")
+    assert "navigation" not in viewer.take()["silent"]
+    down.append("navigation")
+    ros.spin_until(
+        lambda: shows(hangs) and viewer.take()["silent"].get("navigation", 0) >= 2,
+        what="that what navigation has told is old",
+    )
     ros.close_node(up)
     ros.spin_until(lambda: viewer.take()["state"]["trouble"] is None, what="that nobody tells of processes")
     viewer.close()

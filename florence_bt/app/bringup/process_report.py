@@ -9,7 +9,7 @@ from florence_bt.app.bringup.heartbeat import SILENT_S
 from florence_bt.app.bringup.supervisor import RESTARTS_PERIOD_S, Supervisor, log_line
 from florence_bt.core.diagnosis import Diagnosis, Severity
 from florence_bt.core.heard import age_text
-from florence_bt.core.topic_names import SUPERVISOR
+from florence_bt.core.topic_names import PROCESS, SUPERVISOR
 from florence_bt.ros.diagnostics import diagnostics_publisher, diagnostics_to_ros
 from florence_bt.ros.node import FlorenceNode
 
@@ -52,7 +52,7 @@ class ProcessReport:
         self._due = now + PROCESS_REPORT_S
         silences = self._supervisor.silences()
         found = {
-            f"process {name}": self._diagnosis(name, pid, silences.get(name, 0.0))
+            f"{PROCESS}{name}": self._diagnosis(name, pid, silences.get(name, 0.0))
             for name, pid in self._supervisor.pids().items()
         }
         self._topic.publish(diagnostics_to_ros(found, SUPERVISOR, "", self._node.stamp()))

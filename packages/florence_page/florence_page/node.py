@@ -207,7 +207,7 @@ class PageNode(FlorenceNode):
 
     def _note_silence(self) -> None:
         """Tell viewers who has said nothing for how many whole seconds, of those whose word is shown."""
-        if not NAVIGATION & self.robot.processes_in_trouble().keys():
+        if not NAVIGATION & self.robot.processes_down():
             self._navigation.take(True)
         heard = {BASE: self.override, MISSIONS: self._missions, "navigation": self._navigation}
         self.parts.put(

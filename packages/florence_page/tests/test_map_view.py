@@ -40,6 +40,7 @@ COLOURS = """async ([x, y, width, height]) => {
 """The colours of a part of the screen when all is drawn."""
 EVERYWHERE, CORNER = (0, 0, 400, 300), (2, 2, 1, 1)
 TRAIL, GROUND, BLACK = "155,188,230", "214,214,214", "0,0,0"
+GOAL, WAY, OLD = "42,157,63", "74,155,232", "153,153,153"
 
 
 class MapOnScreen:
@@ -113,6 +114,17 @@ def test_the_trail_of_one_trial_does_not_go_on_in_the_next(screen: MapOnScreen) 
     screen.send(scene={"pose": None})
     screen.send(scene={"pose": [1.0, 2.0, 0.0]})
     assert TRAIL not in screen.colours(EVERYWHERE)
+
+
+def test_the_goal_and_the_way_are_grey_while_navigation_says_nothing(screen: MapOnScreen) -> None:
+    screen.send_map("1", 0.0, 0.0, 4.0, 3.0)
+    screen.wait_for(BLACK)
+    screen.send(goal=[2.0, 1.5, 0.0], plan=[[0.5, 0.5], [3.5, 0.5]], silent={})
+    screen.wait_for(GOAL)
+    assert WAY in screen.colours(EVERYWHERE) and OLD not in screen.colours(EVERYWHERE)
+    screen.send(silent={"navigation": 4})
+    screen.wait_for(OLD)
+    assert not {GOAL, WAY} & set(screen.colours(EVERYWHERE))
 
 
 @pytest.mark.parametrize("screen", ["#layers"], indirect=True)
