@@ -83,7 +83,7 @@ class Limits:
     steps: int = 1_000_000
 
 
-def explore(world: World, limits: Limits, stopwatch: Callable[[], float] = time.monotonic) -> Graph:
+def explore(world: World, limits: Limits, stopwatch: Callable[[], float] = time.process_time) -> Graph:
     """Explore a mission.
 
     Args:

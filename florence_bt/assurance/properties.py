@@ -255,7 +255,7 @@ def _read_never(wanted: Property, memory: Memory, each: Happening) -> Memory:
     running = set(memory)
     if each.what == "start":
         running.add((each.skill, each.path))
-    elif each.what == "end":
+    elif each.what in ("end", "cancel"):
         running.discard((each.skill, each.path))
     names = [skill for skill, _ in running]
     both = wanted.first.who in names and wanted.then.who in names

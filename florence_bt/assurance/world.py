@@ -87,7 +87,7 @@ class Happening:
     """Something that happened in a step, for traces.
 
     Attributes:
-        what: ``start``, ``end``, ``cancelled``, ``wrong``, ``stop``, ``override``.
+        what: ``start``, ``end``, ``cancel``, ``wrong``, ``stop``, ``override``.
         path: The node, as a path.
         skill: The skill.
         result: How it ended.
@@ -126,6 +126,7 @@ class Moment:
         end: How the tree ended: the status of the run and the code.
         outputs: What it gave.
         lasting: Thing -> what became of it.
+        cover: The open timer that counts for the time until it ends, with the path of its node.
     """
 
     begun: bool = False
@@ -133,6 +134,7 @@ class Moment:
     end: tuple[str, str] | None = None
     outputs: dict[str, Any] = field(default_factory=dict)
     lasting: dict[str, Lasting] = field(default_factory=dict)
+    cover: tuple[ManualTimer, str] | None = None
 
 
 class World(Unchanging):
@@ -175,7 +177,7 @@ class World(Unchanging):
         outputs = self._outputs()
         self.results = outputs
         self._skills: dict[str, Skill] = {
-            name: AnySkill(each, ends_of(each, self.classes), outputs, self._choose)
+            name: AnySkill(each, ends_of(each, self.classes), outputs, self._choose, self.note_cancel)
             for name, each in declarations.items()
         }
         self._skills.update(called(self))
@@ -265,6 +267,7 @@ class World(Unchanging):
             self.moment.asked,
             self.moment.end,
             tuple(sorted(self.moment.lasting.items())),
+            self.moment.cover and self.moment.cover[1],
         )
 
     # ---- what may happen ----------------------------------------------------------------------------------
@@ -378,7 +381,7 @@ class World(Unchanging):
         Returns:
             How long that took at most, in seconds.
         """
-        began, opened = self.clock.now(), self.clock.still_open()
+        began, opened = self.clock.now(), tuple(self.clock.still_open())
         longest = 0.0
         if event.what == "begin":
             self._begin()
@@ -392,40 +395,50 @@ class World(Unchanging):
             for ended in event.ends:
                 self._end_run(runs[ended.run], ended.end)
         elif event.what == "expire":
-            self.clock.fire(list(opened)[event.timer])
+            self.clock.fire(opened[event.timer])
         elif event.what == "stopped":
             self._report_stops()
         else:
             self._stop(event.what)
         if event.what in ("end", "time", "expire"):
             self._tick()
+        covered = self.moment.cover is not None
         self.clock.tidy()
-        if any(seconds <= UNLIMITED_S or self._unlimited(timer) for timer, seconds in opened.items()):
-            return self._opened_since(opened)  # how long they take was counted when they began
-        return max(longest, round(self.clock.now() - began, 3)) + self._opened_since(opened)
+        seconds = 0.0 if covered else max(longest, round(self.clock.now() - began, 3))
+        return seconds + self._cover()
 
-    def _opened_since(self, before: Mapping[ManualTimer, float]) -> float:
-        """Return how long the timers take that are open since then; what a time-out limits does not count."""
-        total = 0.0
-        left = {run.limit for run in self._all_open() if run.asked_to_stop}
-        for timer, seconds in self.clock.still_open().items():
-            if (
-                timer not in before
-                and timer not in left
-                and math.isinf(self._shortest_above(self._path_of(timer) or ""))
-            ):
-                if seconds <= UNLIMITED_S:
-                    total += seconds
-                elif self._unlimited(timer):
-                    total = math.inf
-        return total
+    def _cover(self) -> float:
+        """See to it that a timer counts for the time up to its end, if one is open; return what that adds.
 
-    def _unlimited(self, timer: ManualTimer) -> bool:
-        """Tell whether a timer is that of a mission that takes as long as it takes."""
-        return any(
-            entry.deadline is timer and getattr(entry.run, "limit", None) is None
-            for entry in self._context.runs
-        )
+        While it is open the other timers add nothing. When it ends before others, the longest of them counts
+        from then on, whole.
+        """
+        cover = self.moment.cover
+        if cover is not None and cover[0].callback is not None:
+            return 0.0
+        stopping = {run.limit for run in self._all_open() if run.asked_to_stop}
+        timers = {
+            timer: self._at_most(timer, seconds)
+            for timer, seconds in self.clock.still_open().items()
+            if timer not in stopping
+        }
+        timers = {timer: seconds for timer, seconds in timers.items() if seconds is not None}
+        if not timers:
+            self.moment.cover = None
+            return 0.0
+        longest = max(timers, key=lambda timer: timers[timer] or 0.0)
+        self.moment.cover = (longest, self._path_of(longest) or "")
+        return timers[longest] or 0.0
+
+    def _at_most(self, timer: ManualTimer, seconds: float) -> float | None:
+        """Return how long an open timer waits at most, with the time-outs above it; None: it never fires."""
+        most = self._shortest_above(self._path_of(timer) or "")
+        if seconds <= UNLIMITED_S:
+            return min(seconds, most)
+        of_called = next((entry for entry in self._context.runs if entry.deadline is timer), None)
+        if of_called is not None and getattr(of_called.run, "limit", None) is None:
+            return most  # a mission that takes as long as it takes
+        return None
 
     def _begin(self) -> None:
         """Choose what is open of the inputs."""
@@ -542,7 +555,8 @@ class World(Unchanging):
                 self._wrong(path_of(node), f"cleanup {undone[0].name}")
 
     def note_cancel(self, run: OpenEnd) -> None:
-        """Note what may last of a mission that is cancelled."""
+        """Note that a skill is cancelled, and what may last of a mission."""
+        self.happened.append(Happening("cancel", run.path, run.declaration.name))
         apply(run.stops[self.choices.take(len(run.stops))], self.moment.lasting)
 
     def _wrong(self, path: str, text: str) -> None:
