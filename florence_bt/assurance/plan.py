@@ -27,10 +27,6 @@ class Plan:
     needed: frozenset[str]
     words: frozenset[str]
 
-    def counts(self, key: str) -> bool:
-        """Tell whether the value of a key matters."""
-        return key in self.deciding or key in self.needed
-
 
 class CodeClass(str):
     """A code that stands for all that nothing in the mission tells from it.

@@ -28,7 +28,6 @@ class Verdict:
         called: Missions that it calls of which something does not hold.
         codes: With what it can fail.
         longest_s: How long it takes at most, in seconds; infinite: as long as it takes.
-        seconds: How long the exploration took, called missions apart.
         assumed: What was assumed, in the missions that it calls, too.
         coarse: Whether somewhere what takes long was let end at any moment.
     """
@@ -39,7 +38,6 @@ class Verdict:
     called: tuple[str, ...]
     codes: frozenset[str]
     longest_s: float
-    seconds: float
     assumed: tuple[str, ...]
     coarse: bool
 
@@ -76,7 +74,6 @@ def verdict_on(name: str, verifier: Verifier) -> Verdict:
         tuple(called),
         occurring_codes(explored),
         longest(explored.graph)[0],
-        explored.graph.seconds,
         tuple(dict.fromkeys(each for way in ways for each in way.world.assumed)),
         any(way.world.coarse for way in ways),
     )

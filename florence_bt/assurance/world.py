@@ -26,7 +26,7 @@ from florence_bt.assurance.unknown import Facts, witness_for
 from florence_bt.behaviours._wake_timer import WakeTimer
 from florence_bt.behaviours.cleaning_up import Finally
 from florence_bt.behaviours.context import OpenRun, TreeContext
-from florence_bt.behaviours.keys import KeyStore
+from florence_bt.behaviours.keys import KeyStore, readable
 from florence_bt.behaviours.pacing import Timeout
 from florence_bt.behaviours.run_skill import RunSkill
 from florence_bt.behaviours.ticking import Ticker
@@ -113,7 +113,6 @@ class Seen:
 
     started: set[Node] = field(default_factory=set)
     codes: dict[Node, set[str]] = field(default_factory=dict)
-    succeeded: set[Node] = field(default_factory=set)
 
 
 @dataclass
@@ -181,16 +180,7 @@ class World(Unchanging):
             for name, each in declarations.items()
         }
         self._skills.update(called(self))
-        self._context = TreeContext(
-            clock=self.clock,
-            wake=self._wake,
-            skills=self._skills,
-            declarations=declarations,
-            keys=KeyStore(),
-            on_skill_started=self._on_started,
-            on_skill_ended=self._on_ended,
-            later=self._later,
-        )
+        self._context = self._make_context()
         inputs = {name: self._input(name, port, given) for name, port in mission.inputs.items()}
         self.tree = compile_mission(mission, library, inputs, self._context)
         self._ticker = Ticker(self.tree.root, record=True)
@@ -202,6 +192,23 @@ class World(Unchanging):
             for name, port in mission.inputs.items()
             if name not in given and self._is_open(name, port)
         }
+        self._look_at_tree()
+
+    def _make_context(self) -> TreeContext:
+        """Return what the nodes of the tree share."""
+        return TreeContext(
+            clock=self.clock,
+            wake=self._wake,
+            skills=self._skills,
+            declarations=self.declarations,
+            keys=KeyStore(),
+            on_skill_started=self._on_started,
+            on_skill_ended=self._on_ended,
+            later=self._later,
+        )
+
+    def _look_at_tree(self) -> None:
+        """Note what of the tree is asked for again and again."""
         nodes = [(path_of(node), node) for node in self.tree.root.iterate()]
         self._time_outs = [(path, node) for path, node in nodes if isinstance(node, Timeout)]
         self._wake_timers = [
@@ -211,7 +218,7 @@ class World(Unchanging):
             if isinstance(value, WakeTimer)
         ]
         self.drives_in_cleanup = any(
-            declarations[node.skill].resources & {BASE}
+            self.declarations[node.skill].resources & {BASE}
             for each in self.tree.root.iterate()
             if isinstance(each, Finally)
             for node in each._cleanup.iterate()
@@ -243,7 +250,10 @@ class World(Unchanging):
     def _input(self, name: str, port: Port, given: Mapping[str, Any]) -> Any:
         if name in given:
             return given[name]
-        return witness_for(port)
+        value = witness_for(port)
+        if name in self.plan.needed or (name in self.plan.deciding and self._listed(port)):
+            self.assume(f"{name} is {readable(value, port.kind)}")
+        return value
 
     def assume(self, what: str) -> None:
         """Note what was taken as it stands."""
@@ -584,9 +594,7 @@ class World(Unchanging):
             self.seen.started.add(origin.node)
             if isinstance(node.parent, Finally) and node is node.parent._cleanup:
                 self._look_for_undone(node)
-            if new is Status.SUCCESS:
-                self.seen.succeeded.add(origin.node)
-            elif new is Status.FAILURE and node.status is Status.FAILURE:
+            if new is Status.FAILURE and node.status is Status.FAILURE:
                 why = explain(node, known)
                 if why is not None:
                     self.seen.codes.setdefault(origin.node, set()).add(why.code)
