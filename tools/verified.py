@@ -38,7 +38,7 @@ FOLDERS = (
 
 @dataclass(frozen=True, slots=True)
 class Verified:
-    """What is known of a mission.
+    """All that is known of a mission.
 
     Attributes:
         mission: Its name.

@@ -24,7 +24,7 @@ WayOfCalling = tuple[tuple[str, Any], ...]
 
 @dataclass(frozen=True, slots=True)
 class Summary:
-    """How a mission can end.
+    """The ways in which a mission can end.
 
     Attributes:
         ends: The ways, with each code by itself.

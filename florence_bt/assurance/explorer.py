@@ -32,7 +32,7 @@ class Edge(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Ending:
-    """How a mission ends in a state in which nothing of it is left.
+    """The end of a mission in a state in which nothing of it is left.
 
     Attributes:
         status: The status of the run.
@@ -83,7 +83,7 @@ class Limits:
     steps: int = 1_000_000
 
 
-def explore(world: World, limits: Limits, stopwatch: Callable[[], float] = time.monotonic) -> Graph:
+def explore(world: World, limits: Limits, stopwatch: Callable[[], float] = time.process_time) -> Graph:
     """Explore a mission.
 
     Args:

@@ -14,7 +14,7 @@ _WORKS_WITH: Mapping[str, str] = dict.fromkeys(
 
 
 class Lasting(NamedTuple):
-    """What became of a thing.
+    """The fate of a thing.
 
     Attributes:
         first: What was done with it first: ``on``, ``off``, or ``used``.

@@ -15,7 +15,7 @@ from florence_bt.trees.language.model import Literal, Mission, Node, Value
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """What of a mission decides how it goes.
+    """The parts of a mission that decide how it goes.
 
     Attributes:
         deciding: The keys whose values decide something.
@@ -26,10 +26,6 @@ class Plan:
     deciding: frozenset[str]
     needed: frozenset[str]
     words: frozenset[str]
-
-    def counts(self, key: str) -> bool:
-        """Tell whether the value of a key matters."""
-        return key in self.deciding or key in self.needed
 
 
 class CodeClass(str):

@@ -21,9 +21,9 @@ from florence_bt.core.declaration import CodeGroup, Kind
 from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.core.plain_yaml import Position, YamlMapping, YamlNode, YamlScalar, YamlSequence, read_yaml
 from florence_bt.trees.language.code_groups import codes_named
+from florence_bt.trees.language.loader import PROPERTIES_ENDING
 from florence_bt.trees.language.quantities import read_value
 
-ENDING = ".properties.yml"
 WORDS = ("never", "after", "at_most", "always_before")
 _EVENT = re.compile(
     r"(?P<who>[a-z][a-z0-9_]*)"
@@ -116,7 +116,7 @@ def properties_beside(
     Raises:
         ConfigError: The file is wrong.
     """
-    file = mission.with_name(mission.stem + ENDING)
+    file = mission.with_name(mission.stem + PROPERTIES_ENDING)
     if not file.is_file():
         return ()
     reader = _Reader(file, frozenset(names) | {"it"}, groups)
@@ -255,7 +255,7 @@ def _read_never(wanted: Property, memory: Memory, each: Happening) -> Memory:
     running = set(memory)
     if each.what == "start":
         running.add((each.skill, each.path))
-    elif each.what == "end":
+    elif each.what in ("end", "cancel"):
         running.discard((each.skill, each.path))
     names = [skill for skill, _ in running]
     both = wanted.first.who in names and wanted.then.who in names

@@ -19,7 +19,7 @@ from florence_bt.trees.language.model import Mission
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """What is known of a mission that was explored.
+    """All that is known of a mission that was explored.
 
     Attributes:
         mission: The mission.
@@ -28,7 +28,6 @@ class Verdict:
         called: Missions that it calls of which something does not hold.
         codes: With what it can fail.
         longest_s: How long it takes at most, in seconds; infinite: as long as it takes.
-        seconds: How long the exploration took, called missions apart.
         assumed: What was assumed, in the missions that it calls, too.
         coarse: Whether somewhere what takes long was let end at any moment.
     """
@@ -39,23 +38,22 @@ class Verdict:
     called: tuple[str, ...]
     codes: frozenset[str]
     longest_s: float
-    seconds: float
     assumed: tuple[str, ...]
     coarse: bool
 
     @property
     def complete(self) -> bool:
-        """Whether every state was explored."""
+        """Tell whether every state was explored."""
         return not self.explored.graph.unexplored
 
     @property
     def broken(self) -> list[Problem]:
-        """What is broken."""
+        """Return what is broken."""
         return [each for each in self.problems if each.severity == BROKEN]
 
     @property
     def holds(self) -> bool:
-        """Whether everything holds that must, in every state."""
+        """Tell whether everything holds that must, in every state."""
         return self.complete and not self.broken and not self.called
 
 
@@ -76,7 +74,6 @@ def verdict_on(name: str, verifier: Verifier) -> Verdict:
         tuple(called),
         occurring_codes(explored),
         longest(explored.graph)[0],
-        explored.graph.seconds,
         tuple(dict.fromkeys(each for way in ways for each in way.world.assumed)),
         any(way.world.coarse for way in ways),
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tempfile
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,7 @@ from florence_bt.assurance.values import Values, find_values, known
 from florence_bt.assurance.verifier import Explored, skills_used_by
 from florence_bt.core.declaration import Kind, Port, SkillDeclaration
 from florence_bt.core.errors import ConfigError
+from florence_bt.core.file_sets import replace_files
 from florence_bt.core.geometry import Pose2
 from florence_bt.mission_testing.scenarios.scenario import run_scenario
 from florence_bt.mission_testing.scenarios.scenario_file import Libraries, read_scenarios
@@ -33,16 +35,13 @@ def write_scenario(explored: Explored, problem: Problem, file: Path) -> bool:
     text = scenario_text(explored, problem, file)
     if text is None:
         return False
-    before = file.read_bytes() if file.exists() else None
-    file.parent.mkdir(parents=True, exist_ok=True)
-    file.write_text(text, encoding="utf-8")
-    if _fails_there(file, replay(explored, problem.path)):
-        return True
-    if before is None:
-        file.unlink()
-    else:
-        file.write_bytes(before)
-    return False
+    with tempfile.TemporaryDirectory(prefix="florence_verify_") as scratch:
+        tried = Path(scratch) / file.name
+        tried.write_text(text, encoding="utf-8")
+        if not _fails_there(tried, replay(explored, problem.path)):
+            return False
+    replace_files({file: text.encode()}, make_folders=True)
+    return True
 
 
 def scenario_text(explored: Explored, problem: Problem, file: Path) -> str | None:

@@ -87,7 +87,7 @@ class OpenEnd:
 
     @property
     def state(self) -> tuple[Any, ...]:
-        """What counts of it for how the mission goes on, its result apart."""
+        """Return what counts of it for how the mission goes on, its result apart."""
         return (self.asked_to_stop, self.ends)
 
     def poll(self) -> Result | None:
@@ -184,6 +184,7 @@ class AnySkill(Unchanging):
         ends: The ways.
         outputs: Makes what it gives.
         choose: Chooses one of some ways; for a skill that answers at once.
+        on_cancel: Called when a run is cancelled.
     """
 
     def __init__(
@@ -192,11 +193,13 @@ class AnySkill(Unchanging):
         ends: tuple[End, ...],
         outputs: Outputs,
         choose: Callable[[str, SkillDeclaration, tuple[End, ...]], End],
+        on_cancel: Callable[[OpenEnd], None],
     ) -> None:
         self._declaration = declaration
         self._ends = ends
         self._outputs = outputs
         self._choose = choose
+        self._on_cancel = on_cancel
 
     def start_at(self, path: str, inputs: Mapping[str, Any]) -> Any:
         """Begin a run at a node; one that answers at once has ended."""
@@ -206,7 +209,7 @@ class AnySkill(Unchanging):
         end = self._choose(path, self._declaration, (_LATER, *self._ends))
         if end is not _LATER:
             return FinishedRun(self._outputs.result_of(self._declaration, end))
-        return OpenEnd(self._ends, self._declaration, path)
+        return OpenEnd(self._ends, self._declaration, path, on_cancel=self._on_cancel)
 
     def start(self, inputs: Mapping[str, Any]) -> Any:
         """Begin a run."""

@@ -41,7 +41,7 @@ Restore = tuple[Callable[[Any, Any], None], Any, Any]
 
 
 class Snapshot:
-    """What some objects hold now, and all that can be reached from them.
+    """The values that some objects hold now, and all that can be reached from them.
 
     Args:
         roots: Where to begin.

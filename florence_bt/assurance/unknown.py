@@ -36,7 +36,7 @@ _WITNESSES: dict[Kind, Any] = {
 
 
 class Facts(Unchanging):
-    """What was decided about values that are not known.
+    """The decisions about values that are not known.
 
     Args:
         choices: Decides what is open.
@@ -178,7 +178,7 @@ class _Limits:
 
 
 class _Known(Unknown):
-    """What all values have that are not known."""
+    """The base of all values that are not known."""
 
     __slots__ = ()
 
@@ -225,7 +225,7 @@ class _Known(Unknown):
 
 
 class _Truth:
-    """Whether something is so that is not known: a number, which is 1 when it is."""
+    """A truth value that is not known: a number, which is 1 when it is so."""
 
     def __init__(self, term: Term) -> None:
         self.term = term

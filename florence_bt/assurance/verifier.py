@@ -146,8 +146,8 @@ class Verifier:
         return self._properties[mission.name]
 
     def _own_time(self) -> float:
-        """Return a time in seconds that stands still while missions are explored that are called."""
-        return time.monotonic() - self._called_s
+        """Return seconds of the processor, which stand still while missions are explored that are called."""
+        return time.process_time() - self._called_s
 
     def _explore(self, mission: Mission, way: WayOfCalling) -> Explored:
         plan = self.plan(mission.name)

@@ -26,7 +26,7 @@ from florence_bt.assurance.unknown import Facts, witness_for
 from florence_bt.behaviours._wake_timer import WakeTimer
 from florence_bt.behaviours.cleaning_up import Finally
 from florence_bt.behaviours.context import OpenRun, TreeContext
-from florence_bt.behaviours.keys import KeyStore
+from florence_bt.behaviours.keys import KeyStore, readable
 from florence_bt.behaviours.pacing import Timeout
 from florence_bt.behaviours.run_skill import RunSkill
 from florence_bt.behaviours.ticking import Ticker
@@ -87,7 +87,7 @@ class Happening:
     """Something that happened in a step, for traces.
 
     Attributes:
-        what: ``start``, ``end``, ``cancelled``, ``wrong``, ``stop``, ``override``.
+        what: ``start``, ``end``, ``cancel``, ``wrong``, ``stop``, ``override``.
         path: The node, as a path.
         skill: The skill.
         result: How it ended.
@@ -104,7 +104,7 @@ class Happening:
 
 @dataclass(slots=True)
 class Seen:
-    """What was seen of the nodes of a mission in any state.
+    """All that was seen of the nodes of a mission in any state.
 
     Attributes:
         started: The nodes that began.
@@ -113,12 +113,11 @@ class Seen:
 
     started: set[Node] = field(default_factory=set)
     codes: dict[Node, set[str]] = field(default_factory=dict)
-    succeeded: set[Node] = field(default_factory=set)
 
 
 @dataclass
 class Moment:
-    """What changes in a world, beside its tree.
+    """All that changes in a world, beside its tree.
 
     Attributes:
         begun: Whether the inputs were chosen.
@@ -126,6 +125,7 @@ class Moment:
         end: How the tree ended: the status of the run and the code.
         outputs: What it gave.
         lasting: Thing -> what became of it.
+        cover: The open timer that counts for the time until it ends, with the path of its node.
     """
 
     begun: bool = False
@@ -133,6 +133,7 @@ class Moment:
     end: tuple[str, str] | None = None
     outputs: dict[str, Any] = field(default_factory=dict)
     lasting: dict[str, Lasting] = field(default_factory=dict)
+    cover: tuple[ManualTimer, str] | None = None
 
 
 class World(Unchanging):
@@ -175,20 +176,11 @@ class World(Unchanging):
         outputs = self._outputs()
         self.results = outputs
         self._skills: dict[str, Skill] = {
-            name: AnySkill(each, ends_of(each, self.classes), outputs, self._choose)
+            name: AnySkill(each, ends_of(each, self.classes), outputs, self._choose, self.note_cancel)
             for name, each in declarations.items()
         }
         self._skills.update(called(self))
-        self._context = TreeContext(
-            clock=self.clock,
-            wake=self._wake,
-            skills=self._skills,
-            declarations=declarations,
-            keys=KeyStore(),
-            on_skill_started=self._on_started,
-            on_skill_ended=self._on_ended,
-            later=self._later,
-        )
+        self._context = self._make_context()
         inputs = {name: self._input(name, port, given) for name, port in mission.inputs.items()}
         self.tree = compile_mission(mission, library, inputs, self._context)
         self._ticker = Ticker(self.tree.root, record=True)
@@ -200,6 +192,23 @@ class World(Unchanging):
             for name, port in mission.inputs.items()
             if name not in given and self._is_open(name, port)
         }
+        self._look_at_tree()
+
+    def _make_context(self) -> TreeContext:
+        """Return what the nodes of the tree share."""
+        return TreeContext(
+            clock=self.clock,
+            wake=self._wake,
+            skills=self._skills,
+            declarations=self.declarations,
+            keys=KeyStore(),
+            on_skill_started=self._on_started,
+            on_skill_ended=self._on_ended,
+            later=self._later,
+        )
+
+    def _look_at_tree(self) -> None:
+        """Note what of the tree is asked for again and again."""
         nodes = [(path_of(node), node) for node in self.tree.root.iterate()]
         self._time_outs = [(path, node) for path, node in nodes if isinstance(node, Timeout)]
         self._wake_timers = [
@@ -209,7 +218,7 @@ class World(Unchanging):
             if isinstance(value, WakeTimer)
         ]
         self.drives_in_cleanup = any(
-            declarations[node.skill].resources & {BASE}
+            self.declarations[node.skill].resources & {BASE}
             for each in self.tree.root.iterate()
             if isinstance(each, Finally)
             for node in each._cleanup.iterate()
@@ -241,7 +250,10 @@ class World(Unchanging):
     def _input(self, name: str, port: Port, given: Mapping[str, Any]) -> Any:
         if name in given:
             return given[name]
-        return witness_for(port)
+        value = witness_for(port)
+        if name in self.plan.needed or (name in self.plan.deciding and self._listed(port)):
+            self.assume(f"{name} is {readable(value, port.kind)}")
+        return value
 
     def assume(self, what: str) -> None:
         """Note what was taken as it stands."""
@@ -265,18 +277,19 @@ class World(Unchanging):
             self.moment.asked,
             self.moment.end,
             tuple(sorted(self.moment.lasting.items())),
+            self.moment.cover and self.moment.cover[1],
         )
 
     # ---- what may happen ----------------------------------------------------------------------------------
 
     @property
     def over(self) -> bool:
-        """Whether nothing of it is left."""
+        """Tell whether nothing of it is left."""
         return self.moment.end is not None and not self._context.runs
 
     @property
     def waits(self) -> bool:
-        """Whether it waits for something outside of the tree."""
+        """Tell whether it waits for something outside of the tree."""
         return not self.moment.asked
 
     def events(self) -> Iterator[Event]:
@@ -378,7 +391,7 @@ class World(Unchanging):
         Returns:
             How long that took at most, in seconds.
         """
-        began, opened = self.clock.now(), self.clock.still_open()
+        began, opened = self.clock.now(), tuple(self.clock.still_open())
         longest = 0.0
         if event.what == "begin":
             self._begin()
@@ -392,40 +405,50 @@ class World(Unchanging):
             for ended in event.ends:
                 self._end_run(runs[ended.run], ended.end)
         elif event.what == "expire":
-            self.clock.fire(list(opened)[event.timer])
+            self.clock.fire(opened[event.timer])
         elif event.what == "stopped":
             self._report_stops()
         else:
             self._stop(event.what)
         if event.what in ("end", "time", "expire"):
             self._tick()
+        covered = self.moment.cover is not None
         self.clock.tidy()
-        if any(seconds <= UNLIMITED_S or self._unlimited(timer) for timer, seconds in opened.items()):
-            return self._opened_since(opened)  # how long they take was counted when they began
-        return max(longest, round(self.clock.now() - began, 3)) + self._opened_since(opened)
+        seconds = 0.0 if covered else max(longest, round(self.clock.now() - began, 3))
+        return seconds + self._cover()
 
-    def _opened_since(self, before: Mapping[ManualTimer, float]) -> float:
-        """Return how long the timers take that are open since then; what a time-out limits does not count."""
-        total = 0.0
-        left = {run.limit for run in self._all_open() if run.asked_to_stop}
-        for timer, seconds in self.clock.still_open().items():
-            if (
-                timer not in before
-                and timer not in left
-                and math.isinf(self._shortest_above(self._path_of(timer) or ""))
-            ):
-                if seconds <= UNLIMITED_S:
-                    total += seconds
-                elif self._unlimited(timer):
-                    total = math.inf
-        return total
+    def _cover(self) -> float:
+        """See to it that a timer counts for the time up to its end, if one is open; return what that adds.
 
-    def _unlimited(self, timer: ManualTimer) -> bool:
-        """Tell whether a timer is that of a mission that takes as long as it takes."""
-        return any(
-            entry.deadline is timer and getattr(entry.run, "limit", None) is None
-            for entry in self._context.runs
-        )
+        While it is open the other timers add nothing. When it ends before others, the longest of them counts
+        from then on, whole.
+        """
+        cover = self.moment.cover
+        if cover is not None and cover[0].callback is not None:
+            return 0.0
+        stopping = {run.limit for run in self._all_open() if run.asked_to_stop}
+        timers = {
+            timer: self._at_most(timer, seconds)
+            for timer, seconds in self.clock.still_open().items()
+            if timer not in stopping
+        }
+        timers = {timer: seconds for timer, seconds in timers.items() if seconds is not None}
+        if not timers:
+            self.moment.cover = None
+            return 0.0
+        longest = max(timers, key=lambda timer: timers[timer] or 0.0)
+        self.moment.cover = (longest, self._path_of(longest) or "")
+        return timers[longest] or 0.0
+
+    def _at_most(self, timer: ManualTimer, seconds: float) -> float | None:
+        """Return how long an open timer waits at most, with the time-outs above it; None: it never fires."""
+        most = self._shortest_above(self._path_of(timer) or "")
+        if seconds <= UNLIMITED_S:
+            return min(seconds, most)
+        of_called = next((entry for entry in self._context.runs if entry.deadline is timer), None)
+        if of_called is not None and getattr(of_called.run, "limit", None) is None:
+            return most  # a mission that takes as long as it takes
+        return None
 
     def _begin(self) -> None:
         """Choose what is open of the inputs."""
@@ -542,7 +565,8 @@ class World(Unchanging):
                 self._wrong(path_of(node), f"cleanup {undone[0].name}")
 
     def note_cancel(self, run: OpenEnd) -> None:
-        """Note what may last of a mission that is cancelled."""
+        """Note that a skill is cancelled, and what may last of a mission."""
+        self.happened.append(Happening("cancel", run.path, run.declaration.name))
         apply(run.stops[self.choices.take(len(run.stops))], self.moment.lasting)
 
     def _wrong(self, path: str, text: str) -> None:
@@ -570,9 +594,7 @@ class World(Unchanging):
             self.seen.started.add(origin.node)
             if isinstance(node.parent, Finally) and node is node.parent._cleanup:
                 self._look_for_undone(node)
-            if new is Status.SUCCESS:
-                self.seen.succeeded.add(origin.node)
-            elif new is Status.FAILURE and node.status is Status.FAILURE:
+            if new is Status.FAILURE and node.status is Status.FAILURE:
                 why = explain(node, known)
                 if why is not None:
                     self.seen.codes.setdefault(origin.node, set()).add(why.code)

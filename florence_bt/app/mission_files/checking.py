@@ -27,7 +27,7 @@ from florence_bt.trees.language.findings import (
     has_errors,
     limit_findings,
 )
-from florence_bt.trees.language.loader import MissionLibrary
+from florence_bt.trees.language.loader import PROPERTIES_ENDING, MissionLibrary
 from florence_bt.trees.language.model import Mission
 from florence_bt.trees.language.parse import parse_mission
 from florence_bt.trees.language.vocabulary import IDENTIFIER
@@ -276,7 +276,7 @@ def _other_endings(given: Iterable[Path]) -> Iterator[Finding]:
     """Yield a warning for each file that a folder of missions would not be asked for."""
     for path in given:
         for file in sorted(path.glob("[!.]*.yml")) if path.is_dir() else (path,):
-            if file.suffix == ".yml":
+            if file.suffix == ".yml" and not file.name.endswith(PROPERTIES_ENDING):
                 message = "missions are files that end in .yaml: no other mission and no robot finds this one"
                 yield Finding(str(file), 1, 1, WARNING, message, (f"{file.stem}.yaml",))
 

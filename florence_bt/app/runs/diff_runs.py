@@ -44,7 +44,7 @@ class RunSide:
 
 @dataclass(frozen=True, slots=True)
 class Parting:
-    """Where two runs part.
+    """The place where two runs part.
 
     Attributes:
         number: How many events they have in common.

@@ -19,7 +19,7 @@ MOST_SENTENCES = 4
 """How many sentences of a moment are shown."""
 MOST_KEYS = 3
 """How many lines the keys have."""
-LOOK_S = 0.3
+KEYS_LOOK_S = 0.3
 """Seconds between two looks whether the terminal has another size."""
 PAGE = 10
 """Steps of a page key."""
@@ -42,7 +42,7 @@ def _show(film: Film, console: Console, keyboard: Keyboard, live: Live) -> None:
     number = 0
     while not keyboard.closed:
         live.update(Group(*draw(film, number, *console.size)), refresh=True)
-        for key in keyboard.read(None, LOOK_S):
+        for key in keyboard.read(None, KEYS_LOOK_S):
             if key == "q":
                 return
             number = moved(film, number, key)

@@ -32,7 +32,7 @@ from florence_bt.trees.language.loader import MissionLibrary
 
 MARK = "# A recorded run as a scenario"
 """How such a file begins."""
-SHORTEST_S = 1e-6
+LEAST_RUNNING_S = 1e-6
 """How long a skill takes at least that does not answer within its start."""
 OVERRIDE = "manual override: "
 """What the executor writes before the reason of an override."""
@@ -266,7 +266,7 @@ class _Writer:
         if call.cancelled is not None:
             clauses.append(f"cancel takes {_seconds(took + 1.0)}")  # it ended by itself before that
         if took > 0.0 or end.tick != start.tick:
-            clauses.append(f"running {_seconds(max(took, SHORTEST_S))}")
+            clauses.append(f"running {_seconds(max(took, LEAST_RUNNING_S))}")
         ending = self._ending(end)
         if call.until_change is not None:
             ending += f" for {_seconds(call.until_change)}"

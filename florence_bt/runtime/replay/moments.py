@@ -47,12 +47,12 @@ class Moment:
 
     @property
     def kind(self) -> str:
-        """What it begins with."""
+        """Return what it begins with."""
         return self.events[0].kind
 
     @property
     def time(self) -> float:
-        """When it began, seconds."""
+        """Return when it began, seconds."""
         return self.events[0].time
 
     @property
@@ -62,7 +62,7 @@ class Moment:
 
     @property
     def compared(self) -> list[JournaledEvent]:
-        """What the mission did by itself in it."""
+        """Return what the mission did by itself in it."""
         return [event for event in self.events if event.kind in COMPARED]
 
 

@@ -19,7 +19,7 @@ from florence_bt.runtime.replay.moments import TICKED, Moment
 
 @dataclass
 class Now:
-    """Where a replay stands.
+    """The moment at which a replay stands.
 
     Attributes:
         moment: The number of the moment that is being replayed.

@@ -25,7 +25,7 @@ from tests.unit.trees.interpreted import SUB_FILE, TASK, Writer, file_of
 from tests.unit.trees.interpreter import LONGEST
 
 Pick = Callable[[Any], Any]
-DURATIONS = (0.25, 0.5, 1.0, 1.0, 2.0, 3.0, 1e5)
+DURATIONS = (0.0, 0.25, 0.5, 1.0, 1.0, 2.0, 3.0, 1e5)
 CODES = (None, None, None, "broken", "jammed", "odd", "rejected")
 
 

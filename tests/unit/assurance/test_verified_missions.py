@@ -160,6 +160,12 @@ def test_a_called_mission_that_is_broken_is_no_proof(verify):
     assert not verdict.holds
 
 
+def test_an_input_that_is_needed_as_it_stands_is_said(verify):
+    tree = "  retry: $tries\n  do: {turn: {angle: $angle}}\n"
+    head = "inputs:\n  tries: {type: integer, default: 3}\n  angle: {type: angle, default: 90 deg}"
+    assert verify(tree, head).assumed == ("tries is 3",)
+
+
 def test_what_is_assumed_of_a_called_mission_is_said_of_its_caller(verify):
     inner = "tree:\n  sequence:\n    - get_rooms: {}\n      out: {rooms: rooms}\n"
     loops = "    - for_each: $rooms\n      as: room\n      do: {wait: 1 s}\n"

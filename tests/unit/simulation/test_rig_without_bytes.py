@@ -67,7 +67,7 @@ def with_bytes(side: Side) -> Callable[[float], None]:
 
 def with_values(side: Side) -> Callable[[float], None]:
     clock = ManualClock()
-    base = SimulatedBase(side.plant, side.driver, clock, SEED)  # type: ignore[arg-type]
+    base = SimulatedBase(side.plant, side.driver, clock, BaseSensors(side.plant, SEED))  # type: ignore[arg-type]
 
     def step(now: float) -> None:
         clock.advance_to(now)
