@@ -227,6 +227,10 @@ def _drawn_text(trials: Sequence[Trial]) -> str:
 TABLE = RowTable("trials", Trial, table_of)
 DRAWN_TABLE = RowTable("drawn trials", Trial, table_of)
 LATE_TABLE = RowTable("late trials", Trial, table_of)
+NEW_TABLE = RowTable("new trials", Trial, table_of)
+EARLIER_TABLE = RowTable("new trials before", Trial, table_of)
+TABLES = {each.name: each for each in (TABLE, DRAWN_TABLE, LATE_TABLE, NEW_TABLE, EARLIER_TABLE)}
+"""The last two are of one set of seeds, with the code that is and with that before a success was measured."""
 
 
 def summary(title: str, trials: Sequence[Trial]) -> list[str]:
@@ -294,6 +298,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         action="store_true",
         help="draw what the network for people says, as often as it was right (docs/notes/people.md)",
     )
+    parser.add_argument("--table", choices=TABLES, help="the table to write, when it is not told by the rest")
     parser.add_argument("--write", type=Path, metavar="PAGE", help="a page with the marks of the table")
     parser.add_argument("--runs-folder", type=Path, help="folder for the runs' own folders")
     given = parser.parse_args(arguments)
@@ -322,7 +327,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except FlorenceError as error:
         print(error, file=sys.stderr)
         return 2
-    table = DRAWN_TABLE if given.drawn else LATE_TABLE if given.late else TABLE
+    usual = DRAWN_TABLE if given.drawn else LATE_TABLE if given.late else TABLE
+    table = TABLES.get(given.table, usual)
     table.publish(trials, given.write, command_of("tools/trials.py", arguments))
     easy = [trial for trial in trials if trial.situation == "easy"]
     return 0 if sum(trial.good for trial in easy) >= len(easy) - 1 else 1

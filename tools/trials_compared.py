@@ -1,4 +1,4 @@
-"""Compares runs of the same seeds: ``goto_user`` as it is against late messages, and against drawn people.
+"""Compares runs of the same seeds: ``goto_user`` against late messages, drawn people, and the code before.
 
 ``python tools/trials_compared.py --write docs/notes/trials.md``
 """
@@ -6,36 +6,27 @@
 from __future__ import annotations
 
 import argparse
-import math
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
+from florence_sweep.statistics import mcnemar
+
 from florence_bt.runtime.run import RunStatus
 from tools.tables import command_of, read_rows, table, write_table
-from tools.trials import CLASSES, DRAWN_TABLE, LATE_TABLE, TABLE, Trial
+from tools.trials import CLASSES, DRAWN_TABLE, EARLIER_TABLE, LATE_TABLE, NEW_TABLE, TABLE, Trial
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "notes" / "trials.md"
 HEAD = ("class", "pairs", "good", "good, changed", "only before", "only changed", "p")
-CHANGED = {"late against": LATE_TABLE, "drawn against": DRAWN_TABLE}
-"""Name of a table -> the runs that are compared with those of the table ``trials``."""
+COMPARED = {
+    "late against": (TABLE, LATE_TABLE),
+    "drawn against": (TABLE, DRAWN_TABLE),
+    "before against": (EARLIER_TABLE, NEW_TABLE),
+}
+"""Name of a table -> the two tables whose runs it compares."""
 Pair = tuple[Trial, Trial]
-
-
-def chance_of(one: int, other: int) -> float:
-    """Return how likely so uneven a share of the pairs that differ is if both ways are as likely.
-
-    Args:
-        one: Pairs in which only the first is so.
-        other: Pairs in which only the second is.
-
-    Source: McNemar's test in its exact form, two-sided.
-    """
-    differing, fewer = one + other, min(one, other)
-    tail = sum(math.comb(differing, count) for count in range(fewer + 1)) / 2.0**differing
-    return min(1.0, 2.0 * tail)
 
 
 def pairs_of(before: Sequence[Trial], changed: Sequence[Trial]) -> list[Pair]:
@@ -53,7 +44,7 @@ def line(title: str, pairs: Sequence[Pair], holds: Callable[[Trial], bool]) -> l
     both = [(holds(before), holds(changed)) for before, changed in pairs]
     lost, won = both.count((True, False)), both.count((False, True))
     shares = (sum(each[place] for each in both) for place in (0, 1))
-    return [title, str(len(both)), *map(str, shares), str(lost), str(won), f"{chance_of(lost, won):.2f}"]
+    return [title, str(len(both)), *map(str, shares), str(lost), str(won), f"{mcnemar(won, lost):.2f}"]
 
 
 def table_of(pairs: Sequence[Pair]) -> str:
@@ -78,13 +69,13 @@ def _failed(trial: Trial) -> bool:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Print the tables, and write them into the page when it is given."""
     parser = argparse.ArgumentParser(
-        description="The runs of trials.md against late messages and drawn people"
+        description="The runs of trials.md against late messages, drawn people and the code before"
     )
     parser.add_argument("--write", type=Path, metavar="PAGE", help="a page with the marks of the tables")
     given = parser.parse_args(arguments)
-    before = read_rows(TABLE.file_beside(PAGE), Trial)
-    for name, runs in CHANGED.items():
-        text = table_of(pairs_of(before, read_rows(runs.file_beside(PAGE), Trial)))
+    for name, tables in COMPARED.items():
+        before, changed = (read_rows(each.file_beside(PAGE), Trial) for each in tables)
+        text = table_of(pairs_of(before, changed))
         print(name, text, sep="\n")
         if given.write is not None:
             write_table(given.write, name, text, command_of("tools/trials_compared.py", arguments))

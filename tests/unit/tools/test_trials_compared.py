@@ -2,19 +2,9 @@
 
 from __future__ import annotations
 
-import pytest
-
 from florence_bt.runtime.run import RunStatus
 from tests.unit.tools.test_trials import trial
-from tools.trials_compared import HEAD, chance_of, line, pairs_of, table_of
-
-
-@pytest.mark.parametrize(
-    ("one", "other", "chance"),
-    [(0, 0, 1.0), (5, 0, 0.0625), (0, 5, 0.0625), (3, 3, 1.0), (10, 1, 0.01171875)],
-)
-def test_the_chance_is_that_of_a_fair_coin(one: int, other: int, chance: float) -> None:
-    assert chance_of(one, other) == pytest.approx(chance)
+from tools.trials_compared import HEAD, line, pairs_of, table_of
 
 
 def test_only_runs_of_the_same_class_and_seed_are_a_pair() -> None:
