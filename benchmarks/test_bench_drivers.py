@@ -103,11 +103,15 @@ def ros(domain: None) -> Iterator[Bench]:
     bench.close()
 
 
+def has_gyro(reading: Any) -> bool:
+    return reading is not None and reading.gyro is not None
+
+
 def test_turtlebot_cpu(benchmark: Any, figures: Any, ros: Bench, create: Emulator) -> None:
     from florence_bt.drivers.turtlebot.node import TurtlebotNode
 
     node = ros.add(TurtlebotNode(parameters={"port": str(create.link)}))
-    ros.spin(READY_S, lambda: node._reading is not None and node._reading.gyro is not None)
+    ros.spin(READY_S, lambda: has_gyro(node._driving._reading))
     frames = node._driver.decoder.good_frames
 
     def measure() -> tuple[float, float]:

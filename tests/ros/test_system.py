@@ -21,6 +21,7 @@ from florence_bt.app.demo.demo import DemoResult
 from florence_bt.cli.application import app
 from florence_bt.cli.exit_codes import FAILED
 from florence_bt.runtime.journal import JournalReader
+from florence_bt.runtime.viewers.run_tree import RunTree
 from tests.ros.heard_topics import HeardTopics, recorded_in
 
 pytestmark = [pytest.mark.ros, pytest.mark.slow, pytest.mark.timeout(1800)]
@@ -69,7 +70,8 @@ def test_the_demo_finds_and_approaches_the_person(ros_domain, tmp_path):
 
 def test_a_demo_whose_mission_fails_ends_with_its_reason(tmp_path, monkeypatch):
     """That nobody is met when nobody is at home is a test of the rig."""
-    ended = DemoResult(False, "nobody was met", 88.0, "goto_user: FAILED", tmp_path, None, ())
+    tree = RunTree(mission="goto_user", state="FAILED")
+    ended = DemoResult(False, "nobody was met", 88.0, tree, tmp_path, None, ())
     monkeypatch.setattr("florence_bt.app.bringup.fork_server.ForkServer", nullcontext)
     monkeypatch.setattr("florence_bt.app.demo.demo.run_demo", lambda *arguments, **options: ended)
     done = CliRunner().invoke(app, ["demo", "--headless", "--out", str(tmp_path)])

@@ -10,7 +10,9 @@ from florence_bt.assurance.report import verdict_on
 from florence_bt.assurance.verifier import Verifier
 from florence_bt.mission_testing.paths import all_declarations
 from florence_bt.trees.checks.lint import check
+from florence_bt.trees.language.findings import ERROR
 from florence_bt.trees.language.loader import BUILT_IN, MissionLibrary
+from florence_bt.trees.language.model import Mission
 from tests.sweeps import sweep
 from tests.unit.assurance.planted_bugs import PLANTED, Planted
 
@@ -28,6 +30,11 @@ def originals() -> Verifier:
     return Verifier(MissionLibrary.load(list(FOLDERS)), all_declarations())
 
 
+def messages(mission: Mission, library: MissionLibrary) -> set[str]:
+    """What the check says of a mission; of some examples, that this robot has not their skills."""
+    return {each.message for each in check(mission, library, all_declarations())}
+
+
 def is_found(folder: Path, bug: Planted) -> bool:
     """Tell whether the check or the verifier finds a bug."""
     library = MissionLibrary.load(list(FOLDERS))
@@ -40,7 +47,7 @@ def is_found(folder: Path, bug: Planted) -> bool:
     copy.write_text(text.replace(bug.old, bug.new), encoding="utf-8")
     mission = library.add_file(copy)
     assert mission is not None
-    if check(mission, library, all_declarations()):
+    if messages(mission, library) - messages(originals().library.get(bug.mission), originals().library):
         return True
     verdict = verdict_on(bug.mission, originals().with_changed(library, [bug.mission]))
     return not verdict.holds or bool(verdict.problems)
@@ -61,7 +68,7 @@ def test_there_are_60_of_ten_kinds_and_nearly_all_are_found():
 @pytest.mark.parametrize("name", sweep(NAMES, every=6))
 def test_nothing_is_found_in_the_originals(name: str):
     mission = originals().library.get(name)
-    assert not check(mission, originals().library, all_declarations())
+    assert all(each.severity != ERROR for each in check(mission, originals().library, all_declarations()))
     verdict = verdict_on(name, originals())
     assert verdict.holds
     assert not verdict.problems
