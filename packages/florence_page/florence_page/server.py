@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from pathlib import Path
+from socket import socket
 from typing import Any
 
 import uvicorn
@@ -117,6 +118,20 @@ def make_server(
     return connections.make_server(make_app(ros, access, runs, missions), host, port)
 
 
+class _TellingServer(uvicorn.Server):
+    """A server that says when it answers: from then on Ctrl-C ends it as it should."""
+
+    def __init__(self, config: uvicorn.Config, ready: str) -> None:
+        super().__init__(config)
+        self._ready = ready
+
+    async def startup(self, sockets: list[socket] | None = None) -> None:
+        """Begin to answer, and say so."""
+        await super().startup(sockets)
+        if self.started:
+            print(self._ready, flush=True)
+
+
 def serve_page(
     host: str, port: int, access: Access, runs: Path | None = None, missions: Sequence[Path] = ()
 ) -> None:
@@ -136,5 +151,4 @@ def serve_page(
     check_page(host, port, access)
     with RosThread() as ros:
         server = make_server(ros, host, port, access, runs, missions)
-        print(f"the page: {address_of(host, port)}; Ctrl-C ends it", flush=True)
-        server.run()
+        _TellingServer(server.config, f"the page: {address_of(host, port)}; Ctrl-C ends it").run()
