@@ -21,7 +21,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from florence_bt.core.errors import FlorenceError
 from florence_bt.simulation.home.build_map import laser_map
 from florence_bt.simulation.home.generate import generated_flat
-from florence_bt.simulation.home.person import PersonSpec
+from florence_bt.simulation.rig.drawn_people import kind_of
 from florence_bt.skills.people.user_tracker.detector import Detection, detect_people
 from florence_bt.skills.people.user_tracker.known_obstacles import KnownObstacles
 from florence_bt.skills.people.user_tracker.person_network import POSTURES
@@ -113,19 +113,6 @@ def judge(
         away = math.dist(truth.camera[:2], (each.x, each.y))
         lines.append(line(NOBODY, distance=away, posture=each.posture))
     return lines
-
-
-def kind_of(spec: PersonSpec) -> str:
-    """Return the row of the table that a person belongs to."""
-    if spec.aid != "none":
-        return f"with a {spec.aid}"
-    if spec.posture == "lying":
-        return "lying in bed" if spec.surface > 0.0 else "lying on the floor"
-    if spec.posture in ("seated", "sitting"):
-        return "sitting"
-    if spec.posture == "leaning":
-        return "bent over"
-    return "child up to 1.3 m, standing" if spec.height < 1.3 else "standing"
 
 
 def judge_home(seed: int, count: int, *, empty: bool) -> list[Line]:

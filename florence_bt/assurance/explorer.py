@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 from florence_bt.assurance.lasting import Lasting
 from florence_bt.assurance.snapshot import Snapshot
-from florence_bt.assurance.world import Event, Happening, World
+from florence_bt.assurance.world import Happening, NextEvent, World
 
 
 class Edge(NamedTuple):
@@ -24,7 +24,7 @@ class Edge(NamedTuple):
     """
 
     target: int
-    event: Event
+    event: NextEvent
     path: tuple[int, ...]
     happened: tuple[Happening, ...]
     seconds: float
@@ -153,7 +153,7 @@ class _Exploration:
         if not goes_on:
             graph.stuck.append(number)
 
-    def _steps(self, event: Event, snapshot: Snapshot) -> Iterator[Edge]:
+    def _steps(self, event: NextEvent, snapshot: Snapshot) -> Iterator[Edge]:
         """Take a step once for each way in which its choices can be made."""
         world = self._world
         path: list[int] | None = []

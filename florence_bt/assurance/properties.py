@@ -33,7 +33,7 @@ _EXAMPLES = ("say", "navigate_to fails with no_path", "it ends with battery_low"
 
 
 @dataclass(frozen=True, slots=True)
-class Event:
+class PropertyEvent:
     """Something that happens: a skill begins or ends, or the mission (``it``) ends.
 
     Attributes:
@@ -92,8 +92,8 @@ class Property:
     text: str
     because: str
     position: Position
-    first: Event
-    then: Event | None = None
+    first: PropertyEvent
+    then: PropertyEvent | None = None
     within: float = float("inf")
     most: int = 0
 
@@ -174,7 +174,7 @@ class _Reader:
             return {"first": self._event(key, key.text), "most": int(self._text(value))}
         return {"first": self._event(value, self._text(value)), "then": self._event(key, key.text)}
 
-    def _event(self, source: YamlNode, text: str) -> Event:
+    def _event(self, source: YamlNode, text: str) -> PropertyEvent:
         match = _EVENT.fullmatch(text.strip())
         if match is None:
             raise self._error(source, f"{text!r} says not what happens", _EXAMPLES)
@@ -183,7 +183,7 @@ class _Reader:
             raise self._error(source, f"the mission does not use {match['who']!r}", known)
         how = match["how"] or ("ends" if match["who"] == "it" else "begins")
         codes = codes_named(match["code"], self._groups) if match["code"] else None
-        return Event(match["who"], how, codes)
+        return PropertyEvent(match["who"], how, codes)
 
     def _text(self, source: YamlNode | None) -> str:
         if not isinstance(source, YamlScalar):

@@ -60,7 +60,7 @@ class Ended(NamedTuple):
     end: int
 
 
-class Event(NamedTuple):
+class NextEvent(NamedTuple):
     """Something that may happen next.
 
     Attributes:
@@ -78,7 +78,7 @@ class Event(NamedTuple):
 
 
 BEGIN, TICK, REPORT, TIME, STOP, OVERRIDE = map(
-    Event, ("begin", "tick", "stopped", "time", "stop", "override")
+    NextEvent, ("begin", "tick", "stopped", "time", "stop", "override")
 )
 
 
@@ -116,7 +116,7 @@ class Seen:
 
 
 @dataclass
-class Moment:
+class WorldMoment:
     """All that changes in a world, beside its tree.
 
     Attributes:
@@ -168,7 +168,7 @@ class World(Unchanging):
         self.assumed: dict[str, None] = {}
         self.happened: list[Happening] = []
         self.seen = Seen()
-        self.moment = Moment()
+        self.moment = WorldMoment()
         self._held: list[Callable[[], None]] | None = None
         declarations = library.with_declared(declarations)
         self.declarations = declarations
@@ -292,7 +292,7 @@ class World(Unchanging):
         """Tell whether it waits for something outside of the tree."""
         return not self.moment.asked
 
-    def events(self) -> Iterator[Event]:
+    def events(self) -> Iterator[NextEvent]:
         """Yield what may happen next."""
         if self.over:
             return
@@ -305,7 +305,7 @@ class World(Unchanging):
         else:
             yield from self._while_waiting(self._open_runs())
 
-    def _while_waiting(self, runs: list[OpenRun]) -> Iterator[Event]:
+    def _while_waiting(self, runs: list[OpenRun]) -> Iterator[NextEvent]:
         """Yield what may happen while it waits."""
         late = self._timers_beside(runs) > 0 and self._time_passes()
         ways = [
@@ -313,18 +313,18 @@ class World(Unchanging):
         ]
         for number, own in enumerate(ways):
             for ended in own:
-                yield Event("end", (ended,))
+                yield NextEvent("end", (ended,))
                 if late:
-                    yield Event("end", (ended,), late=True)
+                    yield NextEvent("end", (ended,), late=True)
                 for others in ways[number + 1 :]:
-                    yield from (Event("end", (ended, other)) for other in others)
+                    yield from (NextEvent("end", (ended, other)) for other in others)
         for number, (timer, seconds) in enumerate(self.clock.still_open().items()):
             if self._may_expire(timer, seconds):
-                yield Event("expire", timer=number)
+                yield NextEvent("expire", timer=number)
         if self._may_wait():
             yield TIME
             if len(runs) > 1 or late:
-                yield from (Event("time", (ended,)) for own in ways for ended in own)
+                yield from (NextEvent("time", (ended,)) for own in ways for ended in own)
         if self.moment.end is None:
             yield STOP
             if self.drives_in_cleanup:
@@ -385,7 +385,7 @@ class World(Unchanging):
 
     # ---- what happens -------------------------------------------------------------------------------------
 
-    def do(self, event: Event) -> float:
+    def do(self, event: NextEvent) -> float:
         """Let something happen.
 
         Returns:
@@ -497,7 +497,7 @@ class World(Unchanging):
         self.tree.root.stop(Status.INVALID)
         self.moment.asked = bool(self._context.beside)
 
-    def _end_runs(self, event: Event) -> float:
+    def _end_runs(self, event: NextEvent) -> float:
         """End skills; returns how long that may have taken without a difference."""
         runs = self._open_runs()
         alone = not event.late and self._timers_beside(runs) == 0
