@@ -1,4 +1,4 @@
-"""What the fork server imports starts no thread: a fork has only the one that forked it. Nor a Python process:
+"""What the fork server imports starts no thread: a fork has only the one that forked it. And no Python:
 one that loses the server amid its start would fill the terminal with a traceback."""
 
 from __future__ import annotations
