@@ -102,9 +102,8 @@ class MissionTester:
             return path.name
         if path.suffix not in (".yaml", ".yml"):
             return self.library.get(str(mission)).name
-        if (added := self.library.add_file(path)) is None:
-            raise next(f for f in self.library.findings if f.file == str(path)).as_error()
-        self.library.add_neighbours([added])
+        self.library.add_file(path)
+        self.library.add_neighbours([self.library.get(path.stem)])
         self.mission_map_of(path.stem)
         return path.stem
 

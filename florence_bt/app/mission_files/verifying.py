@@ -14,6 +14,7 @@ from florence_bt.assurance.verifier import Verifier
 from florence_bt.core.errors import ConfigError
 from florence_bt.trees.checks.lint import check
 from florence_bt.trees.language.declarations import collect_declarations
+from florence_bt.trees.language.declared_skills import is_skills_file
 from florence_bt.trees.language.findings import has_errors, raise_first_error
 from florence_bt.trees.language.loader import MissionLibrary
 
@@ -85,17 +86,14 @@ def _load(library: MissionLibrary, mission: str) -> list[str]:
     """Make missions known, and return their names."""
     path = Path(mission)
     if path.is_dir():
-        files = sorted(path.glob("*.yaml"))
-        added = [(file, library.add_file(file)) for file in files if not file.name.endswith(".skills.yaml")]
-        library.add_neighbours([each for _, each in added if each is not None])
-        names = [each.name for _, each in added if each is not None]
-        if not names:
+        files = [each for each in sorted(path.glob("*.yaml")) if not is_skills_file(each)]
+        if not files:
             raise ConfigError(f"{mission} has no missions", valid=["a folder of mission files"])
-        return names
-    if path.suffix not in (".yaml", ".yml"):
+    elif path.suffix in (".yaml", ".yml"):
+        files = [path]
+    else:
         return [library.get(mission).name]
-    added_one = library.add_file(path)
-    if added_one is None:
-        raise next(each for each in library.findings if each.file == str(path)).as_error()
-    library.add_neighbours([added_one])
-    return [added_one.name]
+    for file in files:
+        library.add_file(file)
+    library.add_neighbours([library.get(file.stem) for file in files])
+    return [file.stem for file in files]

@@ -20,7 +20,7 @@ from florence_bt.trees.language.analysis import chain_back, cycles
 from florence_bt.trees.language.declared_skills import port_document
 from florence_bt.trees.language.expressions import syntax
 from florence_bt.trees.language.expressions.syntax import Term, parts_of
-from florence_bt.trees.language.findings import ERROR, Finding
+from florence_bt.trees.language.findings import Finding, raise_first_error
 from florence_bt.trees.language.loader import MissionLibrary
 from florence_bt.trees.language.model import Expression, Literal, Mission, Node, Reference, Value
 from florence_bt.trees.language.quantities import format_value, read_value
@@ -552,9 +552,7 @@ def _with_called(name: str, library: MissionLibrary) -> list[Mission]:
 
 
 def _check_mission(mission: Mission, declarations: Mapping[str, SkillDeclaration]) -> None:
-    for finding in mission.findings:
-        if finding.severity == ERROR:
-            raise finding.as_error()
+    raise_first_error(mission.findings)
     for node in mission.nodes():
         if isinstance(node, kinds.RunSkill) and node.skill not in declarations:
             raise _error_at(

@@ -54,6 +54,16 @@ def test_what_the_check_refuses_is_not_explored(folder: Path):
     assert refused.value.line == 4
 
 
+def test_a_file_that_cannot_be_read_is_told_and_not_what_is_only_a_warning(folder: Path):
+    """Neither is it left out of its folder in silence."""
+    file = folder / "goto_room.yaml"  # which shadows a shipped one
+    file.write_text("mission: goto_room\ntree:\n  say: hello\n    text: hello\n")
+    for given in (file, folder):
+        with pytest.raises(ConfigError, match="not YAML") as refused:
+            verify_missions([str(given)], VerifyOptions())
+        assert (refused.value.file, refused.value.line) == (str(file), 4)
+
+
 @pytest.mark.parametrize("name", ["nosuch", "nosuch.yaml", "empty"])
 def test_there_is_no_such_mission(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str):
     monkeypatch.chdir(tmp_path)

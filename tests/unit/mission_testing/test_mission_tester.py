@@ -285,6 +285,10 @@ def test_what_cannot_be_loaded(stage, tmp_path):
     broken.write_text("mission: [")
     with pytest.raises(ConfigError, match="not YAML"):
         stage.load(broken)
+    shadow = tmp_path / "goto_room.yaml"  # of a shipped mission, which is worth a warning
+    shadow.write_text("mission: [")
+    with pytest.raises(ConfigError, match="not YAML"):
+        stage.load(shadow)
     broken.write_text("mission: broken\ndescription: x\ntree:\n  wate: 1 s\n")
     with pytest.raises(ConfigError, match=r"broken\.yaml:4"):
         stage.load(broken)

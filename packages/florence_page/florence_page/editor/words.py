@@ -13,6 +13,7 @@ from florence_bt.trees import kinds
 from florence_bt.trees.kinds.words import OWNERS
 from florence_bt.trees.language import vocabulary
 from florence_bt.trees.language.declarations import collect_declarations
+from florence_bt.trees.language.findings import ERROR
 from florence_bt.trees.language.loader import BUILT_IN, MissionLibrary
 from florence_bt.trees.language.quantities import example_of
 from florence_bt.trees.language.schema import make_schema
@@ -133,7 +134,7 @@ def words_of(folders: Sequence[Path], hotspots: Path | None) -> dict[str, Any]:
                     **_ports(mission.inputs, mission.outputs, labels),
                     "snippet": _call(mission.name, mission.inputs, mission.outputs),
                     "own": not mission.file.is_relative_to(BUILT_IN),
-                    "problem": str(mission.findings[0].as_error()) if mission.findings else "",
+                    "problem": next((str(f.as_error()) for f in mission.findings if f.severity == ERROR), ""),
                 }
                 for mission in library.missions()
             },
