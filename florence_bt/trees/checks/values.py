@@ -10,8 +10,14 @@ from florence_bt.core.declaration import Kind, Port
 from florence_bt.core.errors import ConfigError
 from florence_bt.trees.language import model
 from florence_bt.trees.language.analysis import Analysis
-from florence_bt.trees.language.expressions.checking import check_kinds, exact_comparisons
+from florence_bt.trees.language.expressions.checking import (
+    KindProblem,
+    check_kinds,
+    exact_comparisons,
+    foreign_texts,
+)
 from florence_bt.trees.language.expressions.parser import parse_expression
+from florence_bt.trees.language.expressions.ranges import zero_divisors
 from florence_bt.trees.language.findings import FindingList
 from florence_bt.trees.language.quantities import format_value, out_of_range, with_article
 from florence_bt.trees.language.values import as_expression, fits, is_said, kind_of, port_value, tree_value
@@ -38,6 +44,7 @@ class ValueChecks:
         self.declared_keys = mission.keys
         self.kinds = analysis.of(mission).kinds
         self._measured = analysis.measured(mission)
+        self._texts = analysis.known_texts(mission)
 
     def value(self, value: model.Value, port: Port | None, what: str) -> None:
         """Check one value.
@@ -81,12 +88,21 @@ class ValueChecks:
 
     def expression(self, expression: model.Expression, wanted: Kind | None, what: str) -> bool:
         """Check an expression that must give a kind; says whether it does."""
-        problems = check_kinds(expression, self.kinds, wanted).problems
+        problems = list(check_kinds(expression, self.kinds, wanted).problems)
+        problems = problems or list(foreign_texts(expression, self._texts))
         for problem in problems:
             self.findings.error(problem.position, f"{what}: {problem.message}", problem.valid)
-        for problem in () if problems else exact_comparisons(expression, self.kinds, self._measured):
+        doubtful = [] if problems else self._doubts(expression)
+        for problem in doubtful:
             self.findings.warning(problem.position, f"{what}: {problem.message}", problem.valid)
         return not problems
+
+    def _doubts(self, expression: model.Expression) -> list[KindProblem]:
+        """Return what is right, and hardly meant."""
+        return [
+            *exact_comparisons(expression, self.kinds, self._measured),
+            *zero_divisors(expression, self._mission.inputs),
+        ]
 
     def _computed(self, expression: model.Expression, port: Port | None, what: str) -> None:
         """Check the value of an expression that needs no keys, which is the same at every time."""
@@ -103,6 +119,10 @@ class ValueChecks:
     def kind_of(self, value: model.Value) -> Kind | None:
         """Return the kind of a value, None when it is not known."""
         return kind_of(value, self.kinds)
+
+    def choices_of(self, value: model.Value) -> tuple[str, ...]:
+        """Return the texts that a value can only have, none when it can be any."""
+        return tuple(self._texts.get(value.key, ())) if isinstance(value, model.Reference) else ()
 
     def _written(self, value: model.Value, port: Port | None, what: str) -> None:
         try:

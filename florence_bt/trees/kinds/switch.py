@@ -113,7 +113,7 @@ class Switch(Node):
         first: dict[tuple[bool, object], int] = {}
         for case, _ in self.cases:
             if kind is not None:
-                checks.value(case, Port(kind, ""), "case")
+                checks.value(case, Port(kind, "", choices=checks.choices_of(self.value)), "case")
             literal = literal_kind(case, kind)
             value = (isinstance(literal, bool), literal)  # for Python 1 is True, and 0 is False
             if value in first:

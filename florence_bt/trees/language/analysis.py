@@ -13,7 +13,7 @@ from florence_bt.trees import kinds
 from florence_bt.trees.language import model
 from florence_bt.trees.language.code_groups import groups_of
 from florence_bt.trees.language.loader import MissionLibrary
-from florence_bt.trees.language.model import Literal, Mission, Node
+from florence_bt.trees.language.model import Literal, Mission, Node, show
 from florence_bt.trees.language.node_kind import KnownKinds
 from florence_bt.trees.language.outcomes import SUCCEEDS, MissionOutcomes, NodeOutcomes
 from florence_bt.trees.language.values import kind_of
@@ -97,6 +97,7 @@ class Analysis:
         self._known: dict[Mission, MissionFacts] = {}
         self._callees: dict[Mission, tuple[str, ...]] = {}
         self._kinds: dict[Mission, Mapping[str, Kind]] = {}
+        self._texts: dict[Mission, Mapping[str, tuple[str, ...]]] = {}
 
     @cached_property
     def groups(self) -> Mapping[str, CodeGroup]:
@@ -176,6 +177,46 @@ class Analysis:
             for output, key in node.outputs
             if self.output_kinds(node).get(output.text) is not Kind.INTEGER
         )
+
+    def known_texts(self, mission: Mission) -> Mapping[str, tuple[str, ...]]:
+        """Return the keys that can only have certain texts, with these: all that write them say which."""
+        known = self._texts.get(mission)
+        if known is None:
+            self._texts[mission] = {}  # a mission that calls itself says nothing
+            known = self._texts[mission] = self._find_texts(mission)
+        return known
+
+    def _find_texts(self, mission: Mission) -> dict[str, tuple[str, ...]]:
+        given = {
+            name: (port.default,) if isinstance(port.default, str) else ()
+            for name, port in mission.keys.items()
+        }
+        open_ended = set(mission.inputs)
+        for node in mission.nodes():
+            for key, texts in self._texts_written(node):
+                given[key] = tuple(dict.fromkeys((*given.get(key, ()), *texts)))
+                open_ended |= {key} if not texts else NOTHING
+        return {key: texts for key, texts in given.items() if texts and key not in open_ended}
+
+    def _texts_written(self, node: Node) -> Iterator[tuple[str, tuple[str, ...]]]:
+        """Yield the keys that a node writes, each with the texts that it can get; none if it can be any."""
+        if isinstance(node, kinds.Set):
+            for key, value in node.values:
+                is_text = isinstance(value, Literal) and kind_of(value, {}) is Kind.TEXT
+                yield key.text, (show(value),) if is_text else ()
+        elif isinstance(node, kinds.RunSkill | kinds.CallMission):
+            for output, key in node.outputs:
+                yield key.text, self._texts_given(node, output.text)
+        else:
+            yield from ((key.text, ()) for key, _ in self.writes(node, {}))
+
+    def _texts_given(self, node: kinds.RunSkill | kinds.CallMission, output: str) -> tuple[str, ...]:
+        if isinstance(node, kinds.RunSkill):
+            declaration = self.declarations.get(node.skill)
+            port = declaration.outputs.get(output) if declaration else None
+            return port.choices if port is not None and port.kind is Kind.TEXT else ()
+        mission = self.library.find(node.mission.text)
+        return self.known_texts(mission).get(output, ()) if mission is not None else ()
 
     def key_kinds(self, mission: Mission) -> Mapping[str, Kind]:
         """Return the kinds of a mission's inputs and keys: as declared, else as the first writer has it.

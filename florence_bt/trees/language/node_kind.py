@@ -109,6 +109,9 @@ class NodeChecks(Protocol):
     def kind_of(self, value: Value) -> Kind | None:
         """Return the kind of a value, None when it is not known."""
 
+    def choices_of(self, value: Value) -> tuple[str, ...]:
+        """Return the texts that a value can only have, none when it can be any."""
+
     def value(self, value: Value, port: Port | None, what: str) -> None:
         """Check a value; ``what`` is what it is called in messages, and no port takes anything."""
 

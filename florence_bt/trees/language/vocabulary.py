@@ -24,7 +24,7 @@ INPUT_KEYS = ("type", "default", "min", "max", "description")
 KEY_KEYS = INPUT_KEYS
 OUTPUT_KEYS = ("type", "description")
 SKILL_INPUT_KEYS = (*INPUT_KEYS, "names", "choices")
-SKILL_OUTPUT_KEYS = (*OUTPUT_KEYS, "default", "names")
+SKILL_OUTPUT_KEYS = (*OUTPUT_KEYS, "default", "names", "choices")
 LABELLED = ("room", "hotspot")
 """What a text can name of a home: ``names`` of an input or output of a skill."""
 ON_RESTART = ("abort", "restart", "resume")

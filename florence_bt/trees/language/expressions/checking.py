@@ -5,7 +5,7 @@ What is not known (a key that nothing writes) fits everywhere, so that one mista
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from florence_bt.core.declaration import Kind
@@ -135,6 +135,28 @@ def exact_comparisons(
             f"{term.operator!r} is about the last digit, and two {_MEASURED[kind]} are hardly ever the same"
         )
         yield KindProblem(syntax.start_of(term), message, tuple(valid))
+
+
+def foreign_texts(expression: syntax.Expression, texts: Mapping[str, Sequence[str]]) -> Iterator[KindProblem]:
+    """Yield where a key is compared with a text that it never has.
+
+    Args:
+        expression: The expression, whose kinds are right.
+        texts: The keys that can only have certain texts, with these.
+    """
+    for term in syntax.walk(expression.term):
+        if not isinstance(term, syntax.Binary) or term.operator not in ("==", "!=", "in"):
+            continue
+        key, other = term.left, term.right
+        if isinstance(other, syntax.Key) and term.operator != "in":
+            key, other = other, key
+        if not isinstance(key, syntax.Key) or key.key not in texts:
+            continue
+        allowed = texts[key.key]
+        for text in other.items if isinstance(other, syntax.Listed) else (other,):
+            if isinstance(text, syntax.Constant) and text.value not in allowed:
+                message = f"{syntax.print_term(key)} is never {text.text!r}"
+                yield KindProblem(syntax.start_of(text), message, closest_first(text.text, allowed))
 
 
 def has_threshold(expression: syntax.Expression, measured: Collection[str]) -> bool:
