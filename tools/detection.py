@@ -1,4 +1,4 @@
-"""How well people are found in single depth pictures, of generated homes or recorded and labelled at home.
+"""Measures how well people are found in single depth pictures, of generated homes or labelled at home.
 
 ``python tools/detection.py --homes 60 --write docs/notes/people.md``
 ``python tools/detection.py --recorded kitchen sofa``

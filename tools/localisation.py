@@ -1,4 +1,4 @@
-"""How well the robot is localised on a real building's log and on generated ones, with default parameters.
+"""Measures how well the robot is localised on a real building's log and on generated ones.
 
 ``python tools/localisation.py --log freiburg-079-corrected.log.gz --maps depot.yaml --write PAGE``.
 """

@@ -1,4 +1,4 @@
-"""What the site of the manual (``make manual``) does otherwise than GitHub; mkdocs calls the functions.
+"""Hooks for the site of the manual (``make manual``), where it differs from GitHub; mkdocs calls them.
 
 Links to files of the repository that are not below ``docs/`` name the file instead, and a file that is not
 there is a warning, which ends a strict build. Words behind the language of a block of code become its title.

@@ -1,4 +1,4 @@
-"""Why a tree failed: the leaf that caused it, its code and a reason for people."""
+"""The explanation of a failed tree: the leaf that caused it, its code and a reason for people."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is wrong with texts between { and }, or [ and ], where a colon, a comma or a # ends them."""
+"""Hints for texts between { and }, or [ and ], where a colon, a comma or a # ends them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is wrong with a text that is not YAML, in the words of people who do not know YAML's own."""
+"""Hints for a text that is not YAML, in the words of people who do not know YAML's own."""
 
 from __future__ import annotations
 

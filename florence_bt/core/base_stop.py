@@ -1,4 +1,4 @@
-"""What holds the base: its driver says so, and whoever drives it minds it."""
+"""The stop of the base: its driver says what holds it, and whoever drives it minds that."""
 
 from __future__ import annotations
 

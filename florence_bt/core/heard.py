@@ -1,4 +1,4 @@
-"""What was told last, and how old that is: the one rule by which it is fresh, old, or never came.
+"""The value told last, with its age: the one rule by which it is fresh, old, or never came.
 
 Whoever shows what somebody else has told asks here, and shows what is old with its age or not at all. Time
 is given.

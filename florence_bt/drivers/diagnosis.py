@@ -1,4 +1,4 @@
-"""How often a device delivers, and how much of it arrives damaged."""
+"""Diagnosis of a device's data: how often it delivers, and how much of it arrives damaged."""
 
 from __future__ import annotations
 

@@ -24,7 +24,7 @@ class BytePort(Protocol):
 
     @property
     def name(self) -> str:
-        """What people call the port, e.g. ``/dev/ttyUSB0``."""
+        """Return what people call the port, e.g. ``/dev/ttyUSB0``."""
 
     def read(self, timeout_s: float) -> bytes:
         """Wait for bytes.

@@ -1,4 +1,4 @@
-"""Who can reach our nodes: the environment variables that every process of ours sets before ROS starts.
+"""Environment variables that say who can reach our nodes: every process of ours sets them before ROS starts.
 
 The range ``LOCALHOST`` of rmw_fastrtps says whom a process looks for. Its sockets listen on every interface,
 so any program that knows the address (``ROS_STATIC_PEERS``) gets in. A Fast DDS profile with 127.0.0.1 alone

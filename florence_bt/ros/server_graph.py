@@ -1,4 +1,4 @@
-"""What the ROS graph offers, as a node sees it: who serves which name, and the states of managed nodes."""
+"""The ROS graph as a node sees it: who serves which name, and the states of managed nodes."""
 
 from __future__ import annotations
 

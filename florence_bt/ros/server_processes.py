@@ -1,4 +1,4 @@
-"""Which discovered servers are still there: discovery misses one that was killed only after its lease.
+"""Processes of discovered servers: discovery misses one that was killed only after its lease.
 
 The lease is the server's own, 20 s by default in Fast DDS. But an endpoint's id in Fast DDS has the id of the
 process (``GuidPrefix_t``: two bytes of vendor, two of the host, two of the process id, little endian), and

@@ -1,4 +1,4 @@
-"""What a message from outside may hold: one check per type, in one table. Nothing of ROS is imported here.
+"""Checks of messages from outside: one per type, in one table. Nothing of ROS is imported here.
 
 The nodes apply the table to every subscription, service and goal (:mod:`florence_bt.ros.node`,
 :mod:`florence_bt.ros.action_server`). A type without numbers that could do harm needs no check; neither do

@@ -1,4 +1,4 @@
-"""What happens in a run, as records: the source of the journal, the live view and the topics."""
+"""Events of a run, as records: the source of the journal, the live view and the topics."""
 
 from __future__ import annotations
 

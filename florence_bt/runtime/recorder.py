@@ -1,4 +1,4 @@
-"""What a run leaves in addition to the journal: a folder with its final tree, its result and the path driven.
+"""The folder of a run beside the journal: its final tree, its result and the path driven.
 
 ``<runs>/<run id>/tree.txt`` has the final tree with the reason; ``result.json`` the end and what was measured
 on the way; pictures are drawn from that file. What happened in between is in the journal

@@ -1,4 +1,4 @@
-"""A docstring says what a function does, beginning with a verb, and not which question it answers."""
+"""A docstring says what a function does or what a thing is, and not which question it answers."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 QUESTIONS = frozenset(("What", "How", "Where", "Who", "Whose", "Whether", "Which", "When", "Why"))
-LEFT_OUT = ("skills/people", "simulation/rig", "drivers", "trees/checks", "runtime/journal")
-"""Folders of florence_bt that still have such docstrings; one that has none any more goes from here."""
+LEFT_OUT = ("florence_bt/assurance/", "packages/florence_page/", "packages/florence_sweep/")
+"""Folders of which modules still have such docstrings; one that has none any more goes from here."""
 
 
 def questions(text: str) -> Iterator[tuple[int, str]]:
     """Yield the line and the first words of each docstring that begins with a question."""
     for node in ast.walk(ast.parse(text)):
-        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
+        if isinstance(node, ast.Module | ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
             words = (ast.get_docstring(node) or "").split()
             if words and words[0].rstrip(",:") in QUESTIONS:
-                yield node.lineno, " ".join(words[:4])
+                yield getattr(node, "lineno", 1), " ".join(words[:4])
 
 
 def found_in(folder: Path) -> list[str]:
@@ -32,10 +32,9 @@ def found_in(folder: Path) -> list[str]:
     ]
 
 
-def test_docstrings_of_functions_and_classes_answer_no_question() -> None:
-    left_out = tuple(f"florence_bt/{folder}/" for folder in LEFT_OUT)
+def test_docstrings_answer_no_question() -> None:
     found = [each for name in ("florence_bt", "packages", "tools") for each in found_in(ROOT / name)]
-    assert [each for each in found if not each.startswith(left_out)] == []
+    assert [each for each in found if not (each.startswith(LEFT_OUT) and ".py:1 " in each)] == []
 
 
 @pytest.mark.parametrize(
@@ -43,6 +42,7 @@ def test_docstrings_of_functions_and_classes_answer_no_question() -> None:
     [
         ('def f():\n    """Whether it runs."""', [1]),
         ('class A:\n    """What it is."""\n    def f(self):\n        """Tell whether it runs."""', [1]),
+        ('"""Where things are."""', [1]),
         ('async def f():\n    """Whenever it runs, it stops."""\ndef g(): ...', []),
     ],
 )

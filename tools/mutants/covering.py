@@ -1,4 +1,4 @@
-"""Which tests run a line: measured by coverage.py, with a context for each test, and kept.
+"""Tests of each line: measured by coverage.py, with a context for each test, and kept.
 
 A file of tests is measured again when it, the code, or what tests share has changed.
 """

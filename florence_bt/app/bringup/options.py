@@ -1,4 +1,4 @@
-"""What a bring-up is asked for, in one value that travels to every process as JSON."""
+"""The options of a bring-up, in one value that travels to every process as JSON."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What Ctrl-C and similar signals do while the system starts, runs and ends: nothing is left half done.
+"""Ctrl-C and similar signals while the system starts, runs and ends: nothing is left half done.
 
 Python runs signal handlers in the main thread only; on other threads all of this does nothing.
 """

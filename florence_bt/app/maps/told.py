@@ -1,4 +1,4 @@
-"""What ``florence map build`` tells a person: how far it is, and what came out."""
+"""Progress and result of ``florence map build``, for people."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What of the ROS graph serves skills now, and of which type a name in it is."""
+"""Skills that the ROS graph serves now, and the type of a name in it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which hotspot file a command is about: one that was named, or that of the running system."""
+"""The hotspot file of a command: one that was named, or that of the running system."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the terminal shows of a run, as lines: pure text, no terminal in here.
+"""The view of a run in the terminal, as lines: pure text, no terminal in here.
 
 The lines at the top answer what the robot does now, where, for how long, and what failed before. The tree
 below shows what there is room for: the way to what runs first, then what failed, then what is done.

@@ -69,7 +69,7 @@ class Measurement:
 
     @property
     def streams(self) -> bool:
-        """Whether it asks for a stream."""
+        """Tell whether it asks for a stream."""
         return self.kind[0] in "MN"
 
     @property

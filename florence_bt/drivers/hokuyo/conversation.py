@@ -117,7 +117,7 @@ class Conversation:
 
     @property
     def deadline(self) -> float | None:
-        """When :meth:`poll` must be called at the latest; None when all is said."""
+        """Return when :meth:`poll` must be called at the latest; None when all is said."""
         return None if self.done else self._deadline
 
     def take_bytes(self) -> bytes:

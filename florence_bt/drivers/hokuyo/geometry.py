@@ -1,4 +1,4 @@
-"""Which direction a step of the sensor looks in, and how a row of distances becomes a laser scan.
+"""Directions of the sensor's steps, and laser scans from rows of distances.
 
 Angles are as the sensor gives them: counter-clockwise seen from its top, never negated. That a sensor hangs
 upside down is in the transform of its frame (REFERENCE 4.11). Values below DMIN are error codes (REFERENCE

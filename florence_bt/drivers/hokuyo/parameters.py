@@ -1,4 +1,4 @@
-"""What can be set on the Hokuyo driver and node."""
+"""Parameters of the Hokuyo driver and node."""
 
 from __future__ import annotations
 
@@ -92,7 +92,7 @@ class HokuyoPortParameters(CheckedParameters):
 
     @property
     def place(self) -> str:
-        """Where the sensor is, for people."""
+        """Say where the sensor is, for people."""
         return f"{self.ip_address}:{self.ip_port}" if self.ip_address else self.port
 
     @property

@@ -60,7 +60,7 @@ class Sensor:
 
     @property
     def ill(self) -> bool:
-        """Whether the sensor says that it is not well."""
+        """Tell whether the sensor says that it is not well."""
         return "STAT" in self.state and not is_healthy(self.stat)
 
     @property

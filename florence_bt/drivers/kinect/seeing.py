@@ -73,15 +73,15 @@ class LaterPicture(Generic[T]):
 
 
 class FrameLine(Protocol):
-    """Where the frames come from: a USB library or a socket on a robot, the simulated Kinect in the rig."""
+    """Source of the frames: a USB library or a socket on a robot, the simulated Kinect in the rig."""
 
     @property
     def problem(self) -> str:
-        """Why none come; empty once they do."""
+        """Say why none come; empty once they do."""
 
     @property
     def lost(self) -> int:
-        """How often it was lost so far."""
+        """Return how often it was lost so far."""
 
     def works(self) -> None:
         """Note that a frame has come."""
@@ -116,7 +116,7 @@ class CameraSeeing:
 
     @property
     def colour_wanted(self) -> bool:
-        """Whether somebody looks at colours."""
+        """Tell whether somebody looks at colours."""
         return bool(self._colour.listeners) or any(topic.listeners for topic in self._coloured)
 
     def take_depth(self, frame: Callable[[], DepthFrame], arrived: float) -> None:

@@ -1,4 +1,4 @@
-"""What the diagnostics say about the base: the eight lines of REFERENCE 2.7."""
+"""The diagnostics of the base: the eight lines of REFERENCE 2.7."""
 
 from __future__ import annotations
 

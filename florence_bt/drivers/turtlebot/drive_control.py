@@ -1,4 +1,4 @@
-"""Which wheel speeds to send and when: the command, its time-out, what objects to it (REFERENCE 2.4).
+"""Control of the wheel speeds: the command, its time-out, what objects to it (REFERENCE 2.4).
 
 :class:`CommandAcknowledgement` compares them with the speeds that the base reports (packets 41 and 42).
 """

@@ -113,7 +113,7 @@ LET_GO_S = 1.0
 
 
 class _Hand:
-    """Who drives by hand; a stop takes the base out of the hand until it has let go and begins anew."""
+    """Driving by hand, as the driver knows it: a stop takes the base out of the hand until it begins anew."""
 
     def __init__(self) -> None:
         self._held = False
@@ -209,7 +209,7 @@ class TurtlebotDriver:
 
     @property
     def starting(self) -> bool:
-        """Whether a start-up or change of mode is under way."""
+        """Tell whether a start-up or change of mode is under way."""
         return self._sequence.busy
 
     @property

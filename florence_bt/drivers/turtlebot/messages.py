@@ -1,4 +1,4 @@
-"""What the base is told and tells: its topics, services and the values on them, by the interfaces' fields."""
+"""Topics and services of the base, and the values on them, by the interfaces' fields."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class BaseOdometry(Odometry):
 
 @dataclass(frozen=True, slots=True)
 class TurnRate:
-    """What a gyro about z says.
+    """A reading of a gyro about z.
 
     Attributes:
         stamp: Seconds.

@@ -30,7 +30,7 @@ class WheelSpeeds:
 
     @property
     def forward(self) -> bool:
-        """Whether the base as a whole goes forward; a pure spin does not."""
+        """Tell whether the base as a whole goes forward; a pure spin does not."""
         return self.left_mmps + self.right_mmps > 0
 
 

@@ -109,7 +109,7 @@ class Journal:
 
     @property
     def trouble(self) -> str:
-        """What is wrong with the disk, empty when all is well."""
+        """Say what is wrong with the disk, empty when all is well."""
         return self._guard.trouble or self._slow or self._guard.prune_error
 
     def write(self, run: MissionRun, event: RunEvent) -> None:

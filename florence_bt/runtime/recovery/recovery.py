@@ -1,4 +1,4 @@
-"""What follows when the process died on its runs: the robot is made safe, then each mission's policy counts.
+"""Recovery after the process died on its runs: the robot is made safe, then each mission's policy counts.
 
 ``abort`` gives the run up, ``restart`` starts the mission again, ``resume`` goes on where the journal ends.
 Nothing is started while it is not certain that the robot stands still, nor before everything has booted, nor

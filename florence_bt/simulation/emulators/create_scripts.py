@@ -1,4 +1,4 @@
-"""Where a command ends and the next begins, and the scripts and waits of a Create (REFERENCE 1.3, 1.4)."""
+"""Bounds of a Create's commands, and its scripts and waits (REFERENCE 1.3, 1.4)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a person looks like to the sensors: a body of simple solids, with what is pushed, sat in or carried.
+"""The body of a person for the sensors: simple solids, with what is pushed, sat in or carried.
 
 Measures are those of an adult of 1.72 m; lengths grow with the height, a child's breadth with it too. Bodies
 are stiff: somebody who walks glides.

@@ -1,4 +1,4 @@
-"""How a walking person of the simulated flat gets along: on a route, and round whoever is in the way."""
+"""A walking person of the simulated flat: on a route, and round whoever is in the way."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the network for people would say of a picture of the rig, drawn from how well it does, without it.
+"""Answers of the network for people to a picture of the rig, drawn from how well it does, without it.
 
 A mode for large numbers of runs. Which pixels of the picture show a person is known in a simulation; whether
 the network would notice them is drawn, by what they do, how far they are and how much of them nothing hides,
@@ -58,7 +58,7 @@ _NORMAL = NormalDist()
 
 @dataclass(frozen=True, slots=True)
 class Shares:
-    """How well people are found.
+    """Rates at which people are found.
 
     Attributes:
         found: Kind -> shape (shown, distances, 2): people, and how many of them were found.
@@ -116,7 +116,7 @@ def posture_of(spec: PersonSpec) -> int:
 
 @dataclass(slots=True)
 class _Drawn:
-    """What was drawn for a person, or for nobody, in a view.
+    """The draw for a person, or for nobody, in a view.
 
     Attributes:
         camera: From where.

@@ -1,4 +1,4 @@
-"""Where one ray meets one shape, compiled; the other kernels build on it."""
+"""Intersections of one ray with one shape, compiled; the other kernels build on them."""
 
 from __future__ import annotations
 

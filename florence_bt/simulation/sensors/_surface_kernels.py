@@ -1,4 +1,4 @@
-"""What becomes of rays that meet glass or a mirror, compiled.
+"""Rays that meet glass or a mirror, compiled.
 
 Glass lets light through, unless it is met almost at a right angle: then enough comes back to the sensor. A
 mirror sends light on, so that the sensor measures the way to whatever it shows, as far as that is: a place

@@ -1,4 +1,4 @@
-"""Where the user usually is at which time of day: counted, and kept in a small file."""
+"""Habits of the user: usual places by time of day, counted, and kept in a small file."""
 
 from __future__ import annotations
 

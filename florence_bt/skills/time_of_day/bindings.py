@@ -1,4 +1,4 @@
-"""How the skills of the time of day are served.
+"""Bindings of the skills of the time of day.
 
 ``wait_until: "22:00"`` is made of these skills. The moment is looked up once and stands in a key, and so in
 the journal: a mission that goes on after a restart waits for the same moment.

@@ -1,4 +1,4 @@
-"""Where the boxes of a diagram stand: below each other as in an outline, or side by side in one or more rows.
+"""Layout of a diagram's boxes: below each other as in an outline, or side by side in one or more rows.
 
 For each box all combinations of width and height are kept that no other combination beats. Of those of the
 root the one is taken that is not too wide and comes closest to the shape of a page.

@@ -1,4 +1,4 @@
-"""What can be known about missions and their parts without running them: the basis of the checks."""
+"""Analysis of missions and their parts without running them: the basis of the checks."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the checks of a mission file report."""
+"""Findings of the checks of a mission file."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a recording gives, whatever its format: scans, and where the odometry saw the base meanwhile."""
+"""A recording in any format: scans, and where the odometry saw the base meanwhile."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the node of the motor decides, without USB and ROS: limits, warnings, diagnosis."""
+"""Decisions of the motor's node, without USB and ROS: limits, warnings, diagnosis."""
 
 from __future__ import annotations
 

@@ -78,7 +78,7 @@ class Packet:
 
     @property
     def is_flag(self) -> bool:
-        """Whether the field is true or false."""
+        """Tell whether the field is true or false."""
         return self.code == _FLAG
 
     def is_plausible(self, value: int) -> bool:

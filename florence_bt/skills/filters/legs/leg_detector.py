@@ -1,4 +1,4 @@
-"""What may be legs in a laser scan."""
+"""Detection of what may be legs in a laser scan."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which of the things like legs in the laser's scans walk: who left the camera's view is one of them."""
+"""Walking things like legs in the laser's scans: who left the camera's view is one of them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Whether the scans fit the estimated pose; if they do not, a search for the robot."""
+"""The watch over the estimated pose: where scans do not fit it, a search for the robot begins."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How wrong the wheels' odometry is, learnt from what the scans make of it."""
+"""Errors of the wheels' odometry, learnt from what the scans make of it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which way the walls of a map run, and the map turned so that they run along its axes."""
+"""The direction of a map's walls, and the map turned so that they run along its axes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Whether the robot could move: its outline over the local costmap and over the walls of the map."""
+"""Room to move: the robot's outline over the local costmap and over the walls of the map."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the bumpers and cliff sensors feel, or nothing but the wheels: back off from it, and remember it."""
+"""Contacts felt by bumpers, cliff sensors or the wheels alone: the robot backs off and remembers them."""
 
 from __future__ import annotations
 

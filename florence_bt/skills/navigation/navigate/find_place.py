@@ -1,5 +1,7 @@
-"""What a robot does that has a goal and does not know where it is: it looks round and drives a little, by
-odometry and by what its sensors see now, until the localiser has found it. The map says nothing here.
+"""The search for its place of a robot that has a goal: it looks round and drives a little.
+
+It goes by odometry and by what its sensors see now, until the localiser has found it. The map says
+nothing here.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What the sensors see and the map does not know."""
+"""Differences between the sensors' view and the map: what they see and it does not know."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where somebody may be who walked out of sight, and where to look for them."""
+"""The belief where somebody may be who walked out of sight, and the places to look for them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where to go so that somebody can pass who stands before the robot."""
+"""Places to step aside to, so that somebody can pass who stands before the robot."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where people have walked: what the camera marked there was they, and they have left."""
+"""Cells where people have walked: what the camera marked there was they, and they have left."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where to stand in front of a person: three proposals at a safe distance, then as near as possible.
+"""Poses in front of a person: three proposals at a safe distance, then as near as possible.
 
 Pure functions.
 """

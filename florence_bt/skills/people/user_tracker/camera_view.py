@@ -1,4 +1,4 @@
-"""What a depth picture says of a place: something is there, it is free, or it is not in the picture."""
+"""The view of a place in a depth picture: something is there, it is free, or it is not in the picture."""
 
 from __future__ import annotations
 

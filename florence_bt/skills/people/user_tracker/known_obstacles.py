@@ -1,4 +1,4 @@
-"""What the map says about a picture or a scan: whatever stands where the map has a wall is the wall.
+"""Known obstacles in a picture or a scan: whatever stands where the map has a wall is the wall.
 
 Whoever seems to stand behind the walls, where the map knows nothing, may be a reflection in a mirror.
 """

@@ -103,7 +103,7 @@ class LookForUser:
 
     @property
     def started(self) -> float:
-        """When the look began, seconds; pictures of before are none of it."""
+        """Return when the look began, seconds; pictures of before are none of it."""
         return self._started
 
     @property
@@ -113,12 +113,12 @@ class LookForUser:
 
     @property
     def pictures(self) -> int:
-        """How many pictures were looked at so far."""
+        """Count the pictures that were looked at so far."""
         return self._pictures
 
     @property
     def users_seen(self) -> int:
-        """How many people were seen so far."""
+        """Count the people who were seen so far."""
         return len(self._samples)
 
     def start(self, now: float, window_s: float, wanted: Wanted | None = None) -> None:

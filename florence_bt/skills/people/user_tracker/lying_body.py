@@ -1,4 +1,4 @@
-"""Where somebody lies: from all pictures of them, as they do not move.
+"""The place of somebody who lies: from all pictures of them, as they do not move.
 
 From nearby, where only a part of them is in the picture, the network takes the middle of that for theirs: it
 is a quarter of a metre off along the body, and more; in a bed also in pictures of the whole, towards the
@@ -131,7 +131,7 @@ class LyingBody:
 
     @property
     def _shown(self) -> set[Cell]:
-        """Where pictures show the body, and not more of them the floor."""
+        """Return where pictures show the body, and not more of them the floor."""
         return {cell for cell, count in self._inside.items() if count >= max(_SIGHTINGS, self._floor[cell])}
 
     def _middle_on_floor(self) -> tuple[float, float] | None:

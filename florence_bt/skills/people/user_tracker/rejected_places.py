@@ -1,4 +1,4 @@
-"""Where somebody was seen from far away, and from nearby something else stands: a plant, a coat stand.
+"""Places where somebody was seen from far away, and from nearby something else stands: a plant, a coat stand.
 
 From far away it would be taken for a person again and again, and each time the robot would drive there.
 """

@@ -129,7 +129,7 @@ class UserTracker:
 
     @property
     def undecided(self) -> bool:
-        """Whether the last image showed somebody who is not confirmed yet, and may be."""
+        """Tell whether the last image showed somebody who is not confirmed yet, and may be."""
         return any(not track.denied and not self._is_rejected(track) for track in self._unconfirmed())
 
     @property

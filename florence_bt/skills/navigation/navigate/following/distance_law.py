@@ -1,4 +1,4 @@
-"""How fast to drive behind somebody who is to be a certain distance away.
+"""The law of the speed behind somebody who is to be a certain distance away.
 
 The law of the document, with the person's own velocity added, so that the robot does not lag behind.
 

@@ -1,4 +1,4 @@
-"""What every goal does that is about a person: recover from contacts, and keep off the person."""
+"""Common base of the goals about a person: recover from contacts, and keep off the person."""
 
 from __future__ import annotations
 
