@@ -23,7 +23,8 @@ BOOSTS = {"manual": 2.0, "notes": 0.5}
 
 
 SHIM = "https://unpkg.com/iframe-worker/shim"
-"""What the theme would fetch for the search in pages that are opened from the disk; we have our own copy."""
+"""The script that the theme would fetch for the search in pages opened from the disk; we have our own
+copy."""
 
 
 def on_post_page(output: str, *, page: Any, **_: Any) -> str:

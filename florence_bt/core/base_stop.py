@@ -7,10 +7,11 @@ from dataclasses import dataclass
 from florence_bt.core.outcome import Result, failure
 
 HELD = ("wheel_drop", "overcurrent", "no_response", "charger", "battery")
-"""What keeps the base from every motion, a goal ends at once (codes of florence_interfaces/StopReason)."""
+"""Causes that keep the base from every motion, a goal ends at once (codes of
+florence_interfaces/StopReason)."""
 
 TOUCHES = ("bumper", "cliff", "dock")
-"""What keeps the base from driving forward; a drive backs off first, a turn in place is not touched by it."""
+"""Causes that keep the base from driving forward; a drive backs off first, a turn in place is not touched."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,7 +17,7 @@ from rclpy.topic_endpoint_info import TopicEndpointInfo
 FAST_DDS = b"\x01\x0f"
 """The vendor id of eProsima at the begin of each endpoint's id (DDSI-RTPS 2.5, 9.3.1.5)."""
 LIBRARY = b"libfastrtps"
-"""What the process of an endpoint has loaded: in a container other processes have the same ids."""
+"""A library that the process of an endpoint has loaded: in a container other processes have the same ids."""
 PROC = Path("/proc")
 
 

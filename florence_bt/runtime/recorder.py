@@ -22,7 +22,7 @@ from florence_bt.runtime.run import MissionRun
 from florence_bt.runtime.status import status_text
 
 PATH_PERIOD_S = 0.2
-"""How often the robot's position is noted while a mission runs."""
+"""Period of noting the robot's position while a mission runs."""
 
 PATH_LIMIT = 20_000
 """Points of the path that are kept; of a longer one every second, and so on."""

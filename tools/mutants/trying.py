@@ -21,10 +21,10 @@ from tools.tables import ROOT, git
 LONGEST_S = 300.0
 """A mutant whose tests take longer goes round for ever, which somebody notices."""
 _NOTICED = (1, 2, 4)
-"""What pytest exits with when a test fails, or a module cannot be imported."""
+"""Exit codes of pytest when a test fails, or a module cannot be imported."""
 
 _LOST = "E       fixture '"
-"""What pytest says of a test whose fixture it does not find: no mutation does that (:func:`by_folder`)."""
+"""Message of pytest on a test whose fixture it does not find: no mutation does that (:func:`by_folder`)."""
 
 
 class Verdict(enum.Enum):

@@ -17,7 +17,7 @@ from typing import Any
 ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 """Ctrl-C, a plain ``kill``, and a terminal that was closed."""
 AGAIN_AFTER_S = 0.05
-"""When a signal comes again whose exception was lost."""
+"""Time after which a signal comes again whose exception was lost."""
 _onces: list[list[int]] = []
 """For each block of :func:`once`, the outermost first, the signal that interrupted it."""
 

@@ -29,7 +29,7 @@ from florence_bt.core.errors import FlorenceError
 
 PACKAGE = Path(__file__).resolve().parents[2]
 SUFFIX = "_kernels.py"
-"""How the names of all modules end that have functions for numba to compile."""
+"""The end of the names of all modules that have functions for numba to compile."""
 STAMP = "florence_bt_kernels.json"
 MESSAGE = "compiling the hot loops, once: about a minute"
 

@@ -18,7 +18,7 @@ from florence_bt.core.transforms import Transform3
 from florence_bt.skills.navigation.mapping.slam import Slam
 
 _LINE_EVERY_S = 5.0
-"""Where the output is no terminal."""
+"""Time between two lines when the output is no terminal."""
 
 
 class MapProgress:

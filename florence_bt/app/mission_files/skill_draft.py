@@ -339,7 +339,7 @@ _EXAMPLES = {
     Kind.NUMBER: "${path} < 1",
     Kind.INTEGER: "${path} < 1",
 }
-"""How a condition can be about a field."""
+"""Examples of a condition about a field."""
 
 
 def _example(path: str, kind: Kind) -> str:

@@ -55,7 +55,7 @@ WHERE_PERIOD_S = 0.5
 USER_SEEN = f"{LOCATOR}/getUserSeen"
 _DRIVING = (GoalStatus.STATUS_ACCEPTED, GoalStatus.STATUS_EXECUTING)
 _ENDS = {"SUCCEEDED": "succeeded", "PREEMPTED": "was stopped", "ABORTED": "failed"}
-"""How a run ended, in words, by the goal states of the document that ``run_state`` has."""
+"""Ends of a run in words, by the goal states of the document that ``run_state`` has."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -78,7 +78,7 @@ class Answer:
 
 
 Script: TypeAlias = Generator[Retune | Ask | Listen, Answer, Any]
-"""What a conversation follows; its value is the conversation's result."""
+"""The course of a conversation; its value is the conversation's result."""
 
 
 class Conversation:

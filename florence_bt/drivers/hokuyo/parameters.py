@@ -11,7 +11,7 @@ from florence_bt.core.limits import CheckedParameters, Limits, check_order
 from florence_bt.drivers.hokuyo.codec import BIT_RATES
 
 USB_MODEM = "ttyACM"
-"""What Linux calls a serial port over USB whose speed means nothing."""
+"""Linux's name of a serial port over USB whose speed means nothing."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -24,7 +24,7 @@ from florence_bt.drivers.kinect.recording import Reading
 
 INDEX = "INDEX.txt"
 NOTES = "florence.json"
-"""What the format has no place for; other programs pass over it."""
+"""File of what the format has no place for; other programs pass over it."""
 WIDTH, HEIGHT = 640, 480
 DEPTH_HEAD, COLOUR_HEAD = b"P5 640 480 65535\n", b"P6 640 480 255\n"
 TICKS_PER_SECOND = 60e6

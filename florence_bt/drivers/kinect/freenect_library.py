@@ -89,7 +89,7 @@ _SIGNATURES: dict[str, tuple[Any, tuple[Any, ...]]] = {
         "stop_{}": (c_int, (c_void_p,)),
     }.items()
 }
-"""What is called, without ``freenect_``: the kind of the result and those of the arguments."""
+"""Functions that are called, without ``freenect_``: the kind of the result and those of the arguments."""
 
 
 class FreenectLibrary:

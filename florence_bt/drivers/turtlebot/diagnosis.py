@@ -26,7 +26,7 @@ DROPS_FRACTIONS = (
 
 REFUSED = "the base counted more way than it can drive: that was left out of the odometry"
 REFUSED_S = 60.0
-"""How long a refused reading is told."""
+"""Time for which a refused reading is told."""
 
 _OF_A_READING = ("Operating Mode", "Battery", "Charging Sources", "Cliff Sensor", "Wall Sensor")
 

@@ -127,7 +127,7 @@ ACKNOWLEDGEMENT_TIMEOUT_S = 1.0
 
 
 TOLERANCE_MMPS = 10
-"""What a firmware may round a speed by before it reports it; a broken wire makes a larger difference."""
+"""Rounding of a speed by a firmware before it reports it; a broken wire makes a larger difference."""
 
 
 class CommandAcknowledgement:

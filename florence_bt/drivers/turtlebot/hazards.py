@@ -71,7 +71,7 @@ HOLDS_ALL = frozenset(
         StopReason.NO_RESPONSE,
     }
 )
-"""What holds every motion; the others leave the way back and turns on the spot."""
+"""Hazards that hold every motion; the others leave the way back and turns on the spot."""
 
 
 _VERBS = {

@@ -10,7 +10,7 @@ from florence_bt.core.geometry import Twist2
 from florence_bt.core.limits import CheckedParameters, Limits, Positive
 
 MAX_WHEEL_SPEED_MMPS = 500.0
-"""What the motors can do (REFERENCE 1.1)."""
+"""Top speed of the motors (REFERENCE 1.1)."""
 
 MAX_RADIUS_MM = 2000.0
 """The widest arc of the Drive command (REFERENCE 1.3)."""

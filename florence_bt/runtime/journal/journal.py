@@ -47,7 +47,7 @@ STATE_KINDS = frozenset(
 
 
 HANGING_S = 0.05
-"""How long an acknowledgement waits when the disk did not answer the last time."""
+"""Wait for an acknowledgement when the disk did not answer the last time."""
 
 
 @dataclass(frozen=True, slots=True)

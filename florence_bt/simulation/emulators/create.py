@@ -368,7 +368,7 @@ class CreateEmulator:
 
 
 BOOT_S = 3.0
-"""How long it runs after a reset: input is ignored and the digital outputs are high."""
+"""Time of its start after a reset: input is ignored and the digital outputs are high."""
 
 
 class BootLoader:
@@ -416,10 +416,10 @@ class BootLoader:
 STREAM_PERIOD_S = 0.015
 """Source: REFERENCE 1.6."""
 LONGEST_STREAM_BODY = 255
-"""What the length byte can say; what finds no room is left out."""
+"""Largest number in the length byte; packets that find no room are left out."""
 
 TIME_TOLERANCE_S = 1e-9
-"""What added-up floating point times may be off."""
+"""Error of added-up floating point times."""
 
 STREAM_HEADER = 19
 """The first byte of a frame. Source: REFERENCE 1.6."""

@@ -123,7 +123,7 @@ FORMATS: dict[int, struct.Struct] = {
     )
     for number in numbers
 }
-"""How each packet's number is packed: high byte first."""
+"""Packing of each packet's number: high byte first."""
 
 
 def packets_of(number: int, model: EmulatedModel) -> range | None:

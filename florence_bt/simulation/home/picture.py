@@ -32,7 +32,7 @@ _CHANGES = (
     (FREE, (0.25, 0.75, 0.35, 1.0), "now free"),
     (UNKNOWN, (0.4, 0.5, 0.95, 1.0), "now unknown"),
 )
-"""What a changed cell has become, its colour, and words for it."""
+"""Changes of a cell, with their colours and words."""
 _ROBOT_RADIUS_M = 0.17
 _LOOK_REACH_M = 1.1
 _LOOK_HALF_ANGLE_RAD = math.radians(31.3)

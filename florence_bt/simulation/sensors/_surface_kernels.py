@@ -30,7 +30,7 @@ _LASER_M, _KINECT_M = 0.025, 0.03
 sensor. The rest of the robot it does not show."""
 
 _BEYOND_M = 1e-6
-"""Where a ray goes on: inside of the pane, whose surface is met from outside only."""
+"""Distance after which a ray goes on: inside of the pane, whose surface is met from outside only."""
 
 
 @numba.njit(cache=True, error_model="numpy")

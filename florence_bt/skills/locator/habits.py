@@ -31,7 +31,7 @@ class RoomHabits:
         self._hour: tuple[int, ...] = ()
         self._seen_this_hour: set[str] = set()
         self.unsaved = False
-        """Whether something was counted since the last :meth:`save`."""
+        """Something was counted since the last :meth:`save`."""
 
     def saw(self, room: str, at: float) -> None:
         """Note that the user was seen in a room.

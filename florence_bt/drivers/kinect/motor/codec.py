@@ -16,7 +16,7 @@ WRITE, READ = 0x40, 0xC0
 SET_LED, INITIALISE, SET_TILT, READ_STATE = 0x06, 0x10, 0x31, 0x32
 
 READY = 0x22
-"""What the motor answers to INITIALISE."""
+"""Answer of the motor to INITIALISE."""
 
 STATE_SIZE = 10
 _STATE = struct.Struct(">2xhhhbB")

@@ -150,7 +150,7 @@ PACKETS: dict[int, Packet] = {
 """Every packet by its number; those from 43 on only a Create 2 has."""
 
 USER_ANALOG_INPUT = PACKETS[33]
-"""What the gyro is wired to."""
+"""The packet of the input that the gyro is wired to."""
 
 GROUPS: dict[int, range] = dict(CREATE_2.groups)
 """Packets that one number asks for together; those from 100 on only a Create 2 knows."""

@@ -15,7 +15,7 @@ from florence_bt.skills.navigation.localisation.scan_match import Match, evenly
 
 _NEAR_M, _NEAR_RAD = 0.8, 0.35
 _CONTRADICTED = 0.1
-"""When fewer of the beams go through walls, what does not fit has met people or moved chairs."""
+"""Part of the beams that go through walls below which misfits are people or moved chairs."""
 _CONFIRMED_AFTER = 5
 """A pose is confirmed by this many scans that fit."""
 _LOST_AFTER_M, _LOST_AFTER_UNCONFIRMED_M = 4.0, 0.5

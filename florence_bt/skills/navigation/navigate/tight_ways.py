@@ -33,7 +33,8 @@ _ALONG_M = np.linspace(-0.2, 0.3, 11)
 _WIDER_M = 0.15
 """A place that has got so much wider is another one. Chosen: marks of a cell come and go on both sides."""
 _SAME_M = 0.1
-"""What is so much wider on the map alone is as narrow there: marks make walls a cell thicker on each side."""
+"""Gain in width on the map alone up to which a place is as narrow there: marks make walls a cell thicker on
+each side."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -56,7 +56,7 @@ class UserTracker:
         self._next_device_id = 1
         self._last = -math.inf
         self.running = False
-        """Whether pictures are wanted."""
+        """Pictures are wanted."""
 
     def start(self) -> None:
         """Begin with no people and device ids from 1. The colours of people known before are kept, and the

@@ -201,11 +201,11 @@ def closing_brace(text: str, start: int) -> int | None:
 
 
 MAX_LENGTH = 1000
-"""How many characters an expression has at most."""
+"""Characters that an expression has at most."""
 MAX_TOKENS = 200
-"""How many words, numbers and signs it has at most."""
+"""Words, numbers and signs that it has at most."""
 MAX_NESTING = 32
-"""How deep parentheses, signs and functions are nested at most."""
+"""Levels to which parentheses, signs and functions are nested at most."""
 
 COMPARISONS = ("==", "!=", "<", "<=", ">", ">=", "in")
 POSE_PARTS = ("x", "y", "yaw")
@@ -214,7 +214,7 @@ FUNCTIONS = {"abs": 1, "min": 2, "max": 2, "count": 1, "distance": 2, "bearing":
 _OTHER_FUNCTIONS = by_spelling(
     {"count": ("len", "length", "size"), "the skill pick_random": ("random", "rand", "choice")}
 )
-"""What other languages call the functions, and what stands here in place of one."""
+"""Other languages' names of the functions, and what stands here in place of one."""
 _WORDS = ("and", "or", "not", "in", "true", "false")
 _OTHER_WORDS = {"is": "==", "equals": "==", "eq": "==", "isnt": "!=", "ne": "!=", "lt": "<", "gt": ">"}
 
