@@ -22,6 +22,7 @@ _KEYS = {ACTION: "action", SERVICE: "service", PUBLISHER: "condition or wait_for
 """Names of the kinds of servers for people, and as keys of a file of skills."""
 ACTIVE = "active"
 _MOST = 3
+"""Names that are offered in place of one that is missing. Chosen."""
 
 
 @dataclass(frozen=True, slots=True)

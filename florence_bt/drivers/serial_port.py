@@ -17,6 +17,7 @@ from serial.tools import list_ports
 from florence_bt.core.errors import DeviceLost, DeviceTimeout
 
 WRITE_TIMEOUT_S = 0.5
+"""Chosen: a command of a few bytes takes milliseconds."""
 
 
 class BytePort(Protocol):

@@ -21,12 +21,14 @@ END_BUDGET_S = 8.0
 END_LOOK_S = 0.02
 """Wall seconds between two looks whether a process has ended."""
 TAIL_LINES = 15
+"""Lines of a process's log that are shown when it has ended. Chosen."""
 STARTED_AGAIN = "FLORENCE_STARTED_AGAIN"
 """Environment variable: set for a process that replaces one that died, empty for the first of its group."""
 PAUSES_S = (0.0, 5.0, 20.0)
 """Pauses before a process that died is started again, for the first time, the second and the third within
 :data:`RESTARTS_PERIOD_S`; after that it is not."""
 RESTARTS_PERIOD_S = 600.0
+"""Seconds in which a process is started again no more often than there are pauses. Chosen."""
 
 
 class Process(Protocol):

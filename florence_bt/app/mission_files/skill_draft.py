@@ -32,6 +32,7 @@ _TRANSITION = "lifecycle_msgs/srv/ChangeState"
 _MOST_SHOWN = 3
 """A draft tells no more fields of the feedback."""
 LONGEST_NAME = 60
+"""Characters of a skill's name. Chosen."""
 DEADLINES = {"action": "1 min", "service": "5 s", "wait_for": "1 min"}
 
 

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 _MAP = "map"
 _MAP_BUDGET_S = 10.0
+"""Seconds in which the map, which is latched, has come. Chosen."""
 
 
 class NoPose(FlorenceError):

@@ -52,6 +52,7 @@ REPORTS_WAIT_S = 2.5
 """Wall seconds for what is published once a second. Florence's own nodes have the last message ready; others
 may not."""
 WHERE_PERIOD_S = 0.5
+"""Period of looking again while it is watched. Chosen."""
 USER_SEEN = f"{LOCATOR}/getUserSeen"
 _DRIVING = (GoalStatus.STATUS_ACCEPTED, GoalStatus.STATUS_EXECUTING)
 _ENDS = {"SUCCEEDED": "succeeded", "PREEMPTED": "was stopped", "ABORTED": "failed"}

@@ -219,6 +219,7 @@ def range_errors(model: str, maximum_mm: int) -> Mapping[int, str]:
 
 BEYOND = "farther than the sensor measures"
 _BEYOND = -1
+"""Stands for every distance beyond DMAX; no code of a sensor is negative."""
 
 
 def summarise(distances_mm: NDArray[np.int32], geometry: SensorGeometry, errors: Mapping[int, str]) -> str:

@@ -29,6 +29,7 @@ SPEED_KEPT = ("03", "04")
 """SS: it has this speed already, or knows no others."""
 
 ATTEMPTS = 3
+"""Times that a sensor is asked before it counts as silent. Chosen: a line may be disturbed."""
 UNKNOWN = "unknown"
 IDENTIFIES = {"VV": ("VEND", "PROD", "FIRM", "PROT", "SERI"), "II": ("STAT",)}
 """Fields that VV and II must tell so that nobody is warned (REFERENCE 4.5); measuring needs none of them."""

@@ -16,12 +16,12 @@ from florence_bt.core.diagnosis import Diagnoses, Diagnosis, Severity
 from florence_bt.core.ports import Delivery, Ports, Topic
 from florence_bt.core.sensing import DepthImage
 from florence_bt.core.topics import COLOUR, DEPTH, DIAGNOSES
+from florence_bt.drivers.diagnosis import DIAGNOSTICS_PERIOD_S
 from florence_bt.drivers.kinect.camera import depth_to_points
 from florence_bt.drivers.kinect.codec import millimetres_from_metres
 from florence_bt.drivers.kinect.driver import KinectDriver
 from florence_bt.drivers.kinect.frames import DepthFrame, VideoFrame
 
-DIAGNOSTICS_PERIOD_S = 1.0
 BLIND = "no pixel of the depth images has a distance: is the lens covered, or does the sun shine into it?"
 T = TypeVar("T")
 

@@ -16,6 +16,7 @@ LOW_CHARGE = 0.15
 """Fraction of the capacity; the old node let a base charge below it (REFERENCE 2.4, row 7)."""
 
 GYRO_UNPOWERED = 100
+"""Counts at rest below which a gyro has no power (REFERENCE 1.8)."""
 GYRO_PLAUSIBLE = (425, 575)
 """Counts at rest of a gyro that is well (REFERENCE 1.8)."""
 

@@ -50,9 +50,12 @@ from florence_bt.drivers.turtlebot.tune import play_notes, play_tune
 from florence_bt.drivers.turtlebot.wheels import WheelSpeeds
 
 STREAM_PERIOD_S = 0.015
+"""Between two frames. Source: REFERENCE 1.1."""
 RECOVERY_PERIOD_S = 2.0
+"""Between two attempts to bring a base back into its mode. Chosen: more than the waits of one."""
 OI_MODE, STREAM_PACKETS = 35, 38
 LEFT_ENCODER, RIGHT_ENCODER = 43, 44
+"""Numbers of packets. Source: REFERENCE 1.5."""
 
 
 @dataclass(frozen=True, slots=True)

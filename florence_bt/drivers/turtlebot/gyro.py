@@ -239,6 +239,7 @@ BROKEN_RADPS, BROKEN_WINDOW_S = 2.0, 0.5
 be wrong by more than the whole turn: no scale is that wrong."""
 
 LONGEST_WATCH_GAP_S = 0.25
+"""Over a longer gap between two readings the comparison begins anew; chosen."""
 HAIR_RADPS = 1e-6
 """More than what additions and subtractions of some thousand readings are off by."""
 

@@ -51,6 +51,7 @@ class JointState:
 STATUS_CHARGING, STATUS_DISCHARGING, STATUS_NOT_CHARGING, STATUS_FULL = 1, 2, 3, 4
 HEALTH_GOOD, HEALTH_UNSPECIFIED_FAILURE = 1, 5
 TECHNOLOGY_NIMH = 1
+"""Values of ``power_supply_status``, ``_health`` and ``_technology`` in ``sensor_msgs/BatteryState``."""
 CHARGING = (ChargingState.RECOVERY, ChargingState.CHARGING, ChargingState.TRICKLE)
 
 

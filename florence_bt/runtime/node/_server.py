@@ -59,6 +59,7 @@ class MissionNodeParameters(CheckedParameters):
 STOP_LIMIT_S = 30.0
 """Limit for a run to end when the node is deactivated, clean-ups included; steady time."""
 STOP_LOOK_S = 0.05
+"""Period of looking whether it has. Chosen."""
 INACTIVE = "lifecycle"
 """Name of the block of triggers while the node is not active."""
 

@@ -20,8 +20,10 @@ _STOOL: Colour = (120, 90, 60)
 _LOAD: Colour = (150, 112, 70)
 _BLANKET: Colour = (226, 222, 210)
 _METAL: Colour = (70, 74, 82)
+"""Colours. Chosen."""
 
 WHEELCHAIR_SEAT_M = 0.5
+"""Height of its seat. Chosen."""
 
 Point = tuple[float, float, float]
 

@@ -285,6 +285,7 @@ def _graph(free: BoolGrid) -> scipy.sparse.csr_array:
 
 
 _EYE_HEIGHT_M = 0.95
+"""Height above the floor of solids that hide what is behind them. Chosen."""
 
 
 @functools.lru_cache(maxsize=8)

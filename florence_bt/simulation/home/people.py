@@ -36,6 +36,7 @@ _START_M = 0.8
 """Nor this close to where the robot starts."""
 
 _TRIES = 2000
+"""Poses that are tried for a person. Chosen."""
 
 
 def place_person(

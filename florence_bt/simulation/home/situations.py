@@ -62,7 +62,9 @@ _APART_M = 2.0
 """People of a company are as far apart at first: two who lie do not touch."""
 
 _CHILD_CHANCE, _BED_CHANCE = 0.2, 0.65
+"""Chances that somebody is a child, and that who lies does so on a bed where there is one. Chosen."""
 _TRIES = 300
+"""Draws until something fits the home. Chosen."""
 
 DECOYS = (
     "yucca",

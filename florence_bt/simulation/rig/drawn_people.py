@@ -52,7 +52,8 @@ WRONG_POSTURE = 0.01
 """docs/notes/people.md."""
 MISTAKEN_M = 0.3
 """Half the breadth of what is taken for a person."""
-NEAREST_M, FARTHEST_M = 0.6, 4.3
+_NEAREST_M, _FARTHEST_M = 0.6, 4.3
+"""Distances of what is taken for a person. Chosen: about the range of the Kinect (REFERENCE 5.2)."""
 _NORMAL = NormalDist()
 
 
@@ -231,7 +232,8 @@ class DrawnPeople:
             return
         points = answers.pixels.points[::STRIDE, ::STRIDE]
         away = np.hypot(points[..., 0], points[..., 1])
-        possible = (away > NEAREST_M) & (away < FARTHEST_M) & (points[..., 2] > 0.3) & (answers.person == 0.0)
+        in_range = (away > _NEAREST_M) & (away < _FARTHEST_M)
+        possible = in_range & (points[..., 2] > 0.3) & (answers.person == 0.0)
         if taken and possible.any():
             row, column = self._chance.choice(np.argwhere(possible))
             drawn.place = robot.apply(*points[row, column, :2].tolist())

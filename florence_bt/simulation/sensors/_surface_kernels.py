@@ -21,6 +21,7 @@ _GLASS = 1
 """``scene.SURFACES``; what is neither plain nor glass is a mirror."""
 
 _MOST_SURFACES = 6
+"""Panes and mirrors that a ray meets. Chosen."""
 _STRAIGHT = math.cos(math.radians(8.0))
 """A ray this straight is sent back by glass (our guess: a scanner sees a pane only where it looks at it
 squarely)."""

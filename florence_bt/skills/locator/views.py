@@ -38,6 +38,7 @@ MOST_POINTS, MOST_CANDIDATES = 400, 60
 VIEW_REACH_M = 10.0
 """Distance from the hotspot, in x or y, up to which a view is looked for."""
 _RAY_STEP_M = 0.1
+"""Step along a line of sight. Chosen."""
 LOOKS, LOOK_STEP = 4, math.radians(45.0)
 """At a further view the robot looks so often, so far apart: where something is new there (``goto_user``)."""
 PICTURE = math.radians(57.0)

@@ -15,6 +15,7 @@ from florence_bt.core.transforms import Transform3
 _MAGIC = {b"\x89MCAP": ".mcap", b"SQLite format 3": ".db3", b"#ROSBAG": ".bag"}
 
 _MOST_NAMED = 5
+"""Recordings that an error offers. Chosen."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,6 +15,7 @@ from florence_bt.drivers.kinect.motor.codec import (
 )
 
 MOST_DEVICES = 16
+"""Kinects that can be told apart by their index. Chosen."""
 STATUS_NAMES: dict[int, str] = {
     TiltStatus.STOPPED: "stopped",
     TiltStatus.LIMIT: "at the limit",

@@ -89,6 +89,7 @@ class Packet:
 
 _MILLI = 1e-3
 _DEGREE = math.pi / 180.0
+"""Factors from the units on the wire to SI units."""
 
 PACKETS: dict[int, Packet] = {
     packet.id: packet

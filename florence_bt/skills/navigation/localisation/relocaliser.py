@@ -32,7 +32,9 @@ second."""
 _UNLIKE = 0.03, 1.5
 """At all other places so much more of the scans does not fit: a part of them, and this many times as much."""
 _AGREE_M, _AGREE_RAD = 0.5, 0.3
+"""Difference of two finds, one after the other, that are of one place. Chosen."""
 _FIT_BEAMS = 400
+"""Beams that judge a place that was found. Chosen."""
 
 
 class Relocaliser:

@@ -44,6 +44,7 @@ _WIDE_M = 1.0
 _APART_M, _FORGET_M = 0.8, 4.0
 """So far from each other the two are, and at most so far."""
 _AGREE_M, _AGREE_RAD = 0.3, 0.08
+"""Difference of the second fit from the first, at most. Chosen."""
 _COARSE = {"step": 0.1, "turn_step": 0.04, "near": 0.25}
 _FINE = {"step": 0.03, "turn_step": 0.012, "near": 0.12}
 _SPREAD = {"step": 0.1, "near": 0.25, "scale": 0.02}
@@ -53,6 +54,8 @@ _COST = 0.15
 """At the border of the search so much more of what was seen has to fit than in its middle."""
 _COARSE_BEAMS, _FINE_BEAMS, _FIT_BEAMS = 100, 150, 300
 _SIGMA_M, _INDEPENDENT_BEAMS = 0.04, 40.0
+"""Beams of the coarse search, the fine one and the fit; the error of a beam, and the number of beams that err
+on their own. Chosen."""
 _LEAST = np.diag(np.square([0.03, 0.03, 0.008]))
 """A fit is never surer: floors are not flat, doors and chairs are moved, scans take time."""
 _CACHED = 48

@@ -59,6 +59,7 @@ _PASSES_M = 0.17
 _FREE_M = 0.6
 """More free floor around a hotspot is no better."""
 _CENTRE_WEIGHT = 0.1
+"""Metres of free floor that a metre from the middle of the room is worth. Chosen."""
 _VIEW_RAD = math.radians(57.0)
 """Of the Kinect. Source: REFERENCE 5.2."""
 _MOST_SEEN = 2000

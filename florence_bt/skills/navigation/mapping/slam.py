@@ -24,7 +24,9 @@ from florence_bt.skills.navigation.mapping.parameters import SlamParameters
 from florence_bt.skills.navigation.mapping.pose_graph import PoseGraph, Tie
 
 _MIN_POINTS = 10
+"""Points of a scan below which nothing is fitted. Chosen."""
 _REST_M, _REST_RAD = 0.002, 0.002
+"""Motion by the odometry below which the robot stands. Chosen."""
 _LEAST = np.diag(np.square([0.01, 0.01, 0.004]))
 """A step from one kept scan to the next is never surer."""
 _TORN_M, _TORN_RAD, _TORN_WAYS, _PUT_DOWN_M = 0.4, 0.4, 25.0, 1.5

@@ -29,6 +29,7 @@ _LEAST_TURN_RAD, _LEAST_WAY_M = 0.3, 0.4
 _SPARE_M, _SPARE_RAD = 0.15, 0.1
 """A drive ends so far before what was seen, and so does a turn; chosen: room to turn beside it."""
 _HEADINGS = 16
+"""Directions that are tried for a way. Chosen."""
 
 
 class FindPlace:

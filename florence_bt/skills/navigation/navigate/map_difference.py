@@ -11,6 +11,7 @@ from florence_bt.skills.navigation.navigate.costmap import Costmap
 from florence_bt.skills.navigation.navigate.state import Costmaps
 
 _MAP_MARGIN_CELLS = 2
+"""Cells around the map's obstacles that belong to them. Chosen."""
 
 
 class MapDifference:

@@ -27,6 +27,7 @@ _STRETCH_M = 0.3
 _ASIDE_M = 0.5
 """The free width is measured so far to each side ..."""
 _STEP_M = 0.025
+"""Step across a way, in which the room beside it is measured. Chosen."""
 _BESIDE_M = np.arange(_STEP_M / 2.0, _ASIDE_M, _STEP_M)
 _ALONG_M = np.linspace(-0.2, 0.3, 11)
 """... where it is least along the robot, from its rear to before its front."""

@@ -27,6 +27,7 @@ POLITE_TRIALS, NEAREST_TRIALS = len(ANGLE_OFFSETS), 3
 """So many trials at the safe distance, then so many places as near as the robot gets."""
 TRIALS = POLITE_TRIALS + NEAREST_TRIALS
 MINIMUM_SAFE_DISTANCE, MAXIMUM_SAFE_DISTANCE = 0.3, 2.0
+"""Metres; the bounds of a safe distance that is given. Chosen."""
 LETHAL_COST = 99
 """Occupancy value (0..100) from which the robot would touch something; costmap value 253, REFERENCE 12.8."""
 RESERVE = 0.06

@@ -38,6 +38,7 @@ _HEIGHTS = 9
 _STRAY_PERCENT = 1.0
 """Of the places at each end of a body, so many may be something else."""
 _SHORTEST_M, _LONGEST_M, _WIDEST_M = 0.7, 2.1, 0.8
+"""Lengths and width of what can be somebody who lies. Chosen."""
 _CLEAR_CELLS = 3
 """Cells beyond an end that is shown, in which a body that ends there does not go on."""
 _HALF_M = 0.85

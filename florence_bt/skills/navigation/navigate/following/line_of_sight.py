@@ -17,6 +17,7 @@ PERSON_M = 0.6
 OWN_PLACE_M = 0.2
 """A line is looked at from here on; the robot itself stands on what lies before."""
 _STEP_M = 0.05
+"""Step along a line of sight. Chosen."""
 
 
 def is_line_free(

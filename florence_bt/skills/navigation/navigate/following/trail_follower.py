@@ -31,6 +31,7 @@ _ASTRAY_RAD = 1.0
 _START_M = 0.3
 """The robot turns to a point of the way when so much of the line to it is free."""
 _SEEN_ERROR_M = 0.15
+"""Error of the places where somebody was seen. Chosen."""
 _NEARBY_OFFSETS = np.array(
     [(0.0, 0.0)]
     + [
