@@ -20,13 +20,13 @@ TOUCHED = {
     "tests/emulators": 10,
     "tests/hardware": 1,
     "tests/ros": 55,
-    "tests/unit/app": 15,
+    "tests/unit/app": 10,
     "tests/unit/behaviours": 1,
-    "tests/unit/drivers": 4,
+    "tests/unit/drivers": 1,
     "tests/unit/ros": 1,
     "tests/unit/runtime": 9,
     "tests/unit/simulation": 3,
-    "tests/unit/skills": 14,
+    "tests/unit/skills": 10,
     "tests/unit/tools": 2,
 }
 """So many places there are in each folder of tests. Whoever mends one lowers the number."""
