@@ -248,10 +248,11 @@ def parse_expression(
         raise problem_at(start, problem, "set: a part of it to a key first")
     positions = PositionMap(start, exact=exact)
     tokens = tokenize(text, positions)
-    if len(tokens) > MAX_TOKENS:
-        problem = f"an expression of {len(tokens) - 1} words and signs; at most {MAX_TOKENS} are read"
+    words = len(tokens) - 1  # the last one stands for the end
+    if words > MAX_TOKENS:
+        problem = f"an expression of {words} words and signs; at most {MAX_TOKENS} are read"
         raise problem_at(start, problem, "set: a part of it to a key first")
-    if len(tokens) == 1:
+    if not words:
         raise problem_at(start, "an expression is missing", "$distance < 1 m", "$found and not $done")
     begin = positions.at(len(text) - len(text.lstrip()))
     term = _ExpressionParser(tokens, constants).whole()
