@@ -1,4 +1,4 @@
-"""How well the colour detector tells people from other things in real photographs.
+"""Measures how well the colour detector tells people from other things in real photographs.
 
 ``make colour ARGS=--photographs``, then ``python tools/colour_detection.py --write docs/notes/people.md``.
 """

@@ -1,4 +1,4 @@
-"""How well two people keep their ids who cross each other in view of the robot.
+"""Measures how well two people keep their ids who cross each other in view of the robot.
 
 ``python tools/crossing.py --minutes 60 --write docs/notes/people.md``
 """

@@ -1,4 +1,4 @@
-"""How well people are found in single depth pictures, of generated homes or recorded and labelled at home.
+"""Measures how well people are found in single depth pictures, of generated homes or labelled at home.
 
 ``python tools/detection.py --homes 60 --write docs/notes/people.md``
 ``python tools/detection.py --recorded kitchen sofa``
@@ -34,7 +34,7 @@ FIRST_SEED = 3000
 """Neither the training of the network nor the trials use the homes from here on."""
 
 SCENES, EMPTY_SHARE = 6, 0.5
-"""How often people are placed in a home; for how many of the homes there are pictures without people."""
+"""Times that people are placed in a home; the part of the homes with pictures without people."""
 
 MATCH_M, LYING_MATCH_M = 0.5, 0.8
 """A detection this near to a person is that person."""

@@ -38,7 +38,7 @@ GOAL_CLEARANCE_M, WAY_RADIUS_M, WALKER_RADIUS_M = 0.30, 0.17, 0.35
 """Free metres round a goal; the robot on the shortest way (its inscribed circle); somebody who walks."""
 LEAST_M, LONGEST_S = 1.0, 300.0
 SAMPLE_S, OVER_SAMPLES = 0.02, 5
-"""How often the truth is looked at; over how many samples a change of the wheels' speed is measured. The
+"""Period of looking at the truth; the samples over which a change of the wheels' speed is measured. The
 samples lie between the steps of the velocity filter: at the same moments, two steps may fall between two of
 them, and 1.2 m/s^2 would be seen where there is 1.0."""
 MOVING_MPS = 0.03

@@ -37,7 +37,7 @@ NAME = "exploration"
 LIMIT_S, DRIVE_S = 1800.0, 300.0
 """Simulated seconds for a home, and for a drive to a room."""
 ROBOT_M = 0.22
-"""Where a disc of this radius gets to, metres, the robot is expected to get to."""
+"""Radius of a disc, metres: the robot is expected to get to wherever the disc gets to."""
 SEEN_SHARE = 0.8
 """A room is seen when the map knows so much of the floor on which the robot can stand there."""
 OVERLAP = 0.6

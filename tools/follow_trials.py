@@ -44,7 +44,7 @@ LOST_M, KEPT_M = 2.0, 1.5
 """Further away the person is lost for the moment; whoever is nearer in the end has been followed."""
 
 SAMPLE_S, AFTER_S = 0.1, 10.0
-"""How often the truth is looked at; how long the robot has to come near when the walk is over."""
+"""Period of looking at the truth; time for the robot to come near when the walk is over."""
 
 SPARE_S = 60.0
 """A walk that takes twice the time that it would take alone, its pauses, and this much more, is blocked."""

@@ -1,4 +1,4 @@
-"""How well the robot is localised on a real building's log and on generated ones, with default parameters.
+"""Measures how well the robot is localised on a real building's log and on generated ones.
 
 ``python tools/localisation.py --log freiburg-079-corrected.log.gz --maps depot.yaml --write PAGE``.
 """
@@ -34,7 +34,8 @@ STARTS, KIDNAPS, CARRIED_M = 20, 10, 5.0
 STARTS_GENERATED, KIDNAPS_GENERATED = 8, 4
 """Of each generated log, of which there are more."""
 SCANS_BEFORE, SCANS_AFTER = 100, 400
-"""How much of the log is driven before somebody carries the robot, and then, or from an unknown start on."""
+"""Scans of the log that are driven before somebody carries the robot, and then, or from an unknown start
+on."""
 FOUND_WITHIN_M, FOUND_M, FOUND_RAD = 20.0, 0.3, 0.2
 WRONG_M = 1.0
 """A place is told wrongly that is so far off."""
@@ -162,7 +163,7 @@ def kidnapped(
 
 
 Figures = tuple[float, ...]
-"""How far off a place was told: centimetres, degrees, percent of the scans, as in ``HEAD``."""
+"""Errors of a told place: centimetres, degrees, percent of the scans, as in ``HEAD``."""
 
 
 def figures(runs: Sequence[Followed]) -> Figures:

@@ -31,9 +31,9 @@ from tools.tables import RowTable, command_of, table
 NAME = "lost robots"
 DRIVING, STANDING, STARTED = CASES = ("carried while driving", "carried while standing", "started elsewhere")
 CARRIED_M, OFF_M = (1.5, math.inf), (1.2, 3.5)
-"""How far the robot is carried, and how far off it starts, metres."""
+"""Distances over which the robot is carried, and errors of its start, metres."""
 FIRST_DRIVE_S, GOAL_M, LONGEST_S = 4.0, 1.5, 300.0
-"""How long it has driven when somebody lifts it, how far away its goal is at least, how long it may take."""
+"""Time of its drive when somebody lifts it, distance of its goal at least, limit of a drive."""
 ARRIVED_M = 0.3
 _TRIES = 1000
 

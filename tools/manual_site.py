@@ -1,4 +1,4 @@
-"""What the site of the manual (``make manual``) does otherwise than GitHub; mkdocs calls the functions.
+"""Hooks for the site of the manual (``make manual``), where it differs from GitHub; mkdocs calls them.
 
 Links to files of the repository that are not below ``docs/`` name the file instead, and a file that is not
 there is a warning, which ends a strict build. Words behind the language of a block of code become its title.
@@ -23,7 +23,8 @@ BOOSTS = {"manual": 2.0, "notes": 0.5}
 
 
 SHIM = "https://unpkg.com/iframe-worker/shim"
-"""What the theme would fetch for the search in pages that are opened from the disk; we have our own copy."""
+"""The script that the theme would fetch for the search in pages opened from the disk; we have our own
+copy."""
 
 
 def on_post_page(output: str, *, page: Any, **_: Any) -> str:

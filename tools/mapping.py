@@ -1,4 +1,4 @@
-"""How right the maps are that are built from laser and odometry alone.
+"""Measures how right the maps are that are built from laser and odometry alone.
 
 ``python tools/mapping.py --log freiburg-079-corrected.log.gz --picture docs/img/freiburg-079.png``
 measures on a real building's log, also with scans left out; ``--generated`` on generated homes and

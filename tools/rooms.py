@@ -1,4 +1,4 @@
-"""How well rooms are proposed, on maps that a robot could have made of generated homes.
+"""Measures how well rooms are proposed, on maps that a robot could have made of generated homes.
 
 ``python -m tools.rooms --seeds 1-10 11-20 --write docs/notes/rooms.md``. A robot stands at places all over a
 home and turns once; what its laser meets is drawn into a map whose axes are not those of the walls. The homes

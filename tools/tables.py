@@ -32,7 +32,7 @@ from tools.made_tables import figures_of
 
 ROOT = Path(__file__).resolve().parents[1]
 BUILD = ROOT / "build"
-"""Where rows go that belong to no page; git ignores it."""
+"""Folder of rows that belong to no page; git ignores it."""
 
 Row = TypeVar("Row")
 
@@ -44,7 +44,7 @@ def git(*words: str, root: Path = ROOT) -> str:
 
 
 COMMIT = git("rev-parse", "--short=8", "HEAD")
-"""What a tool works on: it is of when the tool began, which may take an hour. Empty without a repository."""
+"""Commit that a tool works on: of when the tool began, which may take an hour. Empty without a repository."""
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from typing import TextIO
 
 _INDENT = 4
+"""Columns by which a line that goes on is moved in. Chosen."""
 _COLUMNS = re.compile(r"\s*\S+(?: \S+)*  +")
 """A name in front of its text: two blanks or more part them."""
 

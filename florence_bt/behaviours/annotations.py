@@ -1,4 +1,4 @@
-"""What is written on nodes of a tree, whatever their class: the one place for such values.
+"""Annotations of the nodes of a tree, whatever their class: the one place for such values.
 
 The nodes are those of py_trees and of other packages too, so they need no base class for this.
 """

@@ -1,4 +1,4 @@
-"""What every node of one run's tree shares: the clock, the keys, the skills and the runs still going on.
+"""The context of one run, shared by every node: the clock, the keys, the skills, the runs still going on.
 
 The executor builds one :class:`TreeContext` per run. A called mission works on the same context with keys
 of its own (:meth:`TreeContext.with_keys`).

@@ -167,7 +167,7 @@ class CallMission(PreparedDecorator):
         self._handed: Mapping[str, Any] | None = None
 
     skipped = False
-    """What is skipped in another mission is that mission's own business."""
+    """A skip in another mission is that mission's own business."""
 
     def prepare(self) -> Result | None:
         """Hand the inputs over."""

@@ -23,9 +23,9 @@ _UNIT = re.compile(
     r" ?(?:[cmk]?m|c?m/s|km/h|m?s|min|h|deg|rad|°"
     r"|(?:centi|kilo)?met(?:er|re)s?|seconds?|minutes?|hours?|degrees?)(?!\w)"
 )
-"""What an author may have written behind a value."""
+"""A unit that an author may have written behind a value."""
 HIDDEN = "_"
-"""How a key begins that no author has written, and none can write: nobody is offered it."""
+"""First letter of a key that no author has written, and none can write: nobody is offered it."""
 NOTHING = object()
 """Stands for the value of a key that has none."""
 

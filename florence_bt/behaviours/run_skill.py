@@ -69,7 +69,7 @@ class ResourceLock:
 
 
 PAUSED = "cancelled for the pause"
-"""What a node says whose skill a pause has cancelled; it is started again afterwards."""
+"""Message of a node whose skill a pause has cancelled; it is started again afterwards."""
 
 
 class RunSkill(Behaviour):

@@ -1,4 +1,4 @@
-"""What was skipped: a node that ``when`` kept from starting has done nothing.
+"""Skipped nodes: one that ``when`` kept from starting has done nothing.
 
 Whether that counts as success or as failure is decided where the tree is built: it has a status like every
 other. Nodes with one thing to do are skipped with it, and say so by their property ``skipped``.

@@ -16,7 +16,7 @@ from florence_bt.behaviours.why import path_of
 from florence_bt.core.outcome import Result
 
 EVERY_S = 1.0
-"""How often a condition that does not report changes is asked again, unless the mission says otherwise."""
+"""Period of asking a condition that does not report changes, unless the mission says otherwise."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,4 @@
-"""When a condition of a node without memory is asked again, and what of it stands until then.
+"""Guards of a node without memory: the moments at which they are asked again, and what stands until then.
 
 A *condition* is a node that a composite without memory asks while a later node runs. It is a :class:`Watch`.
 The nodes below it that may change its answer, or that must not be done again for nothing, have a

@@ -1,4 +1,4 @@
-"""Why a tree failed: the leaf that caused it, its code and a reason for people."""
+"""The explanation of a failed tree: the leaf that caused it, its code and a reason for people."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ FAILURE_CODE, FAILURE_REASON = "failure_code", "failure_reason"
 """The keys with a failure: the one that ``on_failure`` deals with, or dealt with last; in a ``because`` the
 one that it explains (``trees.language.model.FAILURE_KEYS``)."""
 EARLIER = " (before that, "
-"""What stands between the reason of the last branch of a selector and those of the others."""
+"""Words between the reason of the last branch of a selector and those of the others."""
 SHORT_REASON = 80
 """Characters of a reason that stands beside others."""
 

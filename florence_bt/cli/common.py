@@ -1,4 +1,4 @@
-"""What every verb shares: the application with the verbs of other packages, errors, common options."""
+"""Parts of every verb: the application with the verbs of other packages, errors, common options."""
 
 from __future__ import annotations
 

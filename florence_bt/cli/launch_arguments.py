@@ -13,7 +13,7 @@ from florence_bt.cli.application import app
 from florence_bt.core.errors import ConfigError, closest_first
 
 ON, OFF = ("true", "1"), ("false", "0")
-"""How ROS 2 launch writes what is so and what is not, in capitals or not."""
+"""Spellings of true and false in ROS 2 launch, in capitals or not."""
 NAMESPACE = "namespace"
 """The argument that launch itself passes on: it puts it below the namespaces of an outer launch file."""
 _NOT_OURS = ("--help", "--ros-args")

@@ -99,7 +99,7 @@ MountOption = Annotated[
 ]
 
 Change = tuple[Callable[["OccupancyGrid"], "Edited"], str]
-"""How a map is changed, and what that is called in its versions."""
+"""A change of a map, and its name in the map's versions."""
 
 
 def _change(

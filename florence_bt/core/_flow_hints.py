@@ -1,4 +1,4 @@
-"""What is wrong with texts between { and }, or [ and ], where a colon, a comma or a # ends them."""
+"""Hints for texts between { and }, or [ and ], where a colon, a comma or a # ends them."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ _KEY = re.compile(r"\s*(?P<key>[^\s:,\[\]{}\"'][^:,\[\]{}\"']*):\s+")
 _NEXT_ENTRY = re.compile(r",\s*[a-z_][a-z0-9_]*:(?:\s|$)")
 _LAST_WORD = re.compile(r"(?:^|\s)(?P<word>[a-z_][a-z0-9_]*)$")
 _NO_TEXT = re.compile(r"[-+\d$\[{\"']|(?:true|false)\s*$")
-"""What begins another value than a text."""
+"""The beginning of another value than a text."""
 _ONE_NAME = re.compile(r"[a-z][a-z0-9_]*\s*")
 _CLOSING = {"{": "}", "[": "]"}
 

@@ -1,4 +1,4 @@
-"""What is wrong with a text that is not YAML, in the words of people who do not know YAML's own."""
+"""Hints for a text that is not YAML, in the words of people who do not know YAML's own."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _WORD_AND_COLON = re.compile(r"[\s,]+(?P<word>[a-z_]+):(?=\s|$)")
 _TABLE = re.compile(r"[a-z_][a-z0-9_]*:(?: +(?P<rest>[{\[].*|\S+))?")
 """A table in one line: ``room: kitchen``; what has several words is more likely a text."""
 _SIGNS = "&*|>?,]}"
-"""What begins something else than a text at the beginning of a value; a library never says so."""
+"""Signs that at the beginning of a value begin something else than a text; a library never says so."""
 _NO_COLON = "could not find expected ':'"
 _WORDS = {
     "mapping values are not allowed in this context": "a colon cannot stand here",

@@ -228,7 +228,7 @@ def _with_code(shape: AnswerShape, message_type: Any) -> AnswerShape:
 
 
 _USUAL = ("OK", "ok", "SUCCESS", "success", "DONE", "done")
-"""How servers write in a text that all went well."""
+"""Words of servers for success, in a text."""
 
 
 def _coded(shape: AnswerShape, code: str, constants: Mapping[str, Any], kind_of_value: type) -> AnswerShape:

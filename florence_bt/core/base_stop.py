@@ -1,4 +1,4 @@
-"""What holds the base: its driver says so, and whoever drives it minds it."""
+"""The stop of the base: its driver says what holds it, and whoever drives it minds that."""
 
 from __future__ import annotations
 
@@ -7,10 +7,11 @@ from dataclasses import dataclass
 from florence_bt.core.outcome import Result, failure
 
 HELD = ("wheel_drop", "overcurrent", "no_response", "charger", "battery")
-"""What keeps the base from every motion, a goal ends at once (codes of florence_interfaces/StopReason)."""
+"""Causes that keep the base from every motion, a goal ends at once (codes of
+florence_interfaces/StopReason)."""
 
 TOUCHES = ("bumper", "cliff", "dock")
-"""What keeps the base from driving forward; a drive backs off first, a turn in place is not touched by it."""
+"""Causes that keep the base from driving forward; a drive backs off first, a turn in place is not touched."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,4 @@
-"""Where the beams of a scan end, seen from the base."""
+"""End points of the beams of a scan, seen from the base."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a skill says about itself, once: the linter, the schema, the docs and the mocks read it.
+"""The declaration of a skill, written once: the linter, the schema, the docs and the mocks read it.
 
 The shipped skills say it in a ``NAME.skills.yaml`` in their folder, those of a robot's folder likewise; a
 package may have :class:`SkillDeclaration` values in a module.

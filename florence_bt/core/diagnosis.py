@@ -1,4 +1,4 @@
-"""How well something does; the nodes turn these values into messages for ``diagnostics``."""
+"""Diagnoses as values; the nodes turn them into messages for ``diagnostics``."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What was told last, and how old that is: the one rule by which it is fresh, old, or never came.
+"""The value told last, with its age: the one rule by which it is fresh, old, or never came.
 
 Whoever shows what somebody else has told asks here, and shows what is old with its age or not at all. Time
 is given.
@@ -14,8 +14,8 @@ from typing import Any, Generic, Protocol, TypeVar
 T = TypeVar("T")
 
 MISSED_PERIODS = 3.0
-"""What is told again and again is old when it has failed to come so often. Chosen: a busy machine holds one
-message up, or two."""
+"""Periods after which something told again and again is old. Chosen: a busy machine holds one message up, or
+two."""
 LEAST_S = 1.5
 """Nothing is old before this age, seconds. Chosen: a process that is held up for less counts as one that
 answers (``SILENT_S`` of heartbeats, and what its message then takes)."""

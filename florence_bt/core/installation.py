@@ -1,4 +1,4 @@
-"""How this installation of Florence gets what it lacks: in a checkout, by pip or in a ROS workspace."""
+"""Ways by which this installation of Florence gets what it lacks: checkout, pip or a ROS workspace."""
 
 from __future__ import annotations
 

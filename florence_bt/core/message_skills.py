@@ -15,11 +15,11 @@ from florence_bt.core.serving import QuestionBinding, WaitBinding
 from florence_bt.core.skill import BaseRun, Event, FinishedRun, Inputs, SkillRun
 
 SOURCE_LOOK_S = 1.0
-"""How often is looked whether a source that speaks only when something changes is still there, while somebody
+"""Period of looking whether a source that speaks only when something changes is still there, while somebody
 watches or waits. Chosen: as fast as a killed server is noticed during a call."""
 SAID_WITH_S = 0.5
-"""How late the sentence of a node beside a wait may begin and still be the words of the question. Chosen: the
-way of a sentence to the voice and back takes some hundredths of a second."""
+"""Delay with which the sentence of a node beside a wait may begin and still be the words of the question.
+Chosen: the way of a sentence to the voice and back takes some hundredths of a second."""
 NOBODY_ASKS = "no mission waits for an answer"
 NOT_ASKED = "the robot does not ask this any more"
 

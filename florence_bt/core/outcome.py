@@ -1,4 +1,4 @@
-"""How a skill ended, and why."""
+"""Outcomes of skills, with the reason."""
 
 from __future__ import annotations
 

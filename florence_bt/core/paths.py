@@ -1,4 +1,4 @@
-"""Where the maps, hotspots, robot descriptions and settings are that come with Florence.
+"""Paths of the maps, hotspots, robot descriptions and settings that come with Florence.
 
 In a checkout (and an editable install of one) they are folders beside the package. Installed, they are in
 ``share/florence_bt`` of the prefix that holds the package: a virtual environment, a user's folder, or the

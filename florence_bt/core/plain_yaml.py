@@ -27,15 +27,15 @@ MAX_DEPTH = 100
 """Deepest nesting of lists and mappings."""
 _TOO_DEEP = f"lists and mappings are nested more than {MAX_DEPTH} deep"
 MAX_PARTS = 60_000
-"""How many keys, values, lists and mappings one file has at most."""
+"""Keys, values, lists and mappings that one file has at most."""
 MAX_TEXT = 10_000
-"""How many characters a single text has at most."""
+"""Characters that a single text has at most."""
 MAX_PROBLEMS = 200
 """With how many problems that can be passed over a file is still read to its end."""
 
 
 _MAX_PASSES = 20
-"""How often a file with odd characters is looked through: further ones may show when others are put right."""
+"""Passes through a file with odd characters: further ones may show when others are put right."""
 
 
 class EmptyFile(ConfigError):

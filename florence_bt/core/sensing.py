@@ -1,4 +1,4 @@
-"""What sensors and maps say, as plain values: the same in the rig, behind ROS messages and in tests."""
+"""Values of sensors and maps: the same in the rig, behind ROS messages and in tests."""
 
 from __future__ import annotations
 

@@ -19,9 +19,10 @@ _IS = {
     SUBSCRIBER: "a topic that somebody listens to",
 }
 _KEYS = {ACTION: "action", SERVICE: "service", PUBLISHER: "condition or wait_for", SUBSCRIBER: "publish"}
-"""What each is for people, and the key of a file of skills for it."""
+"""Names of the kinds of servers for people, and as keys of a file of skills."""
 ACTIVE = "active"
 _MOST = 3
+"""Names that are offered in place of one that is missing. Chosen."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -23,7 +23,7 @@ _SIDES_M = 0.25, 1.6
 _MOST_PIECES = 20_000
 """A map with more is noise."""
 _MOST_NEAR = 40
-"""Where more small pieces are within the length of a table, they are noise of the map and no legs."""
+"""Number of small pieces within the length of a table above which they are noise of the map and no legs."""
 _OFF_M = 0.08
 """A leg is at most so far from the corner of the rectangle that the other three make: a cell and a half."""
 

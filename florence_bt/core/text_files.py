@@ -24,7 +24,7 @@ _FORBIDDEN = re.compile(
     "[^\t\n\r\x20-\x7e\xa0-\u2027\u202a-\ud7ff\ue000-\ufefe\uff00-\ufffd\U00010000-\U0010ffff]"
 )
 LINE_BREAK = re.compile("\r\n|\r|\n")
-"""What ends a line, for YAML and for editors alike."""
+"""The end of a line, for YAML and for editors alike."""
 _TAB_INDENT = re.compile("(?:^|(?<=[\r\n])) *\t")
 _KINDS = (
     (stat.S_ISDIR, "a folder"),

@@ -77,10 +77,10 @@ SCAN_FIT, DEVIATION_M, DEVIATION_DEG = (
     "standard deviation, metres",
     "standard deviation, degrees",
 )
-"""What the localiser's :data:`PLACE_STATUS` has values of."""
+"""Names of the values in the localiser's :data:`PLACE_STATUS`."""
 
 AREA_M2, WAY_M, LOOPS = "m2", "m", "loops"
-"""What the mapping's :data:`PLACE_STATUS` has values of: floor seen, way driven, places recognised."""
+"""Names of the values in the mapping's :data:`PLACE_STATUS`: floor seen, way driven, places recognised."""
 
 SUPERVISOR = "florence_up"
 """The node of ``florence up``, and the name before each part of its ``diagnostics`` on its processes."""

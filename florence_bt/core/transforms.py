@@ -131,8 +131,8 @@ what publishes on /tf)."""
 
 
 DETOUR_M, DETOUR_RAD = 0.04, math.radians(4.0)
-"""How much longer the motion from one sample to another may be by way of a third one. Chosen: at 0.5 m/s a
-frame comes 2 cm far in 40 ms, and may have done so there and back."""
+"""Detour by a third sample that the motion from one sample to another may have. Chosen: at 0.5 m/s a frame
+comes 2 cm far in 40 ms, and may have done so there and back."""
 
 
 HISTORY_S = 10.0

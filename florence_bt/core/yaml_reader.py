@@ -30,7 +30,7 @@ _BOOLEAN_WORDS = {
     "off": "false",
     "false": "false",
 }
-"""What people write for true and false."""
+"""People's words for true and false."""
 
 
 def missing_key(name: str) -> str:

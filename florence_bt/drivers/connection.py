@@ -185,7 +185,7 @@ class Connection(Generic[D, T]):
 
 
 WAIT_S = 0.1
-"""How long one wait may take, so the longest that :meth:`DeviceReader.stop` blocks."""
+"""Limit of one wait, so the longest that :meth:`DeviceReader.stop` blocks."""
 
 
 class DeviceReader(Generic[T]):

@@ -10,11 +10,11 @@ class DeviceLine(Protocol):
 
     @property
     def device(self) -> object | None:
-        """What is at its other end, None while it is not open."""
+        """Name the device at its other end, None while it is not open."""
 
     @property
     def problem(self) -> str:
-        """Why there is none; empty once it works."""
+        """Say why there is none; empty once it works."""
 
     def pump(self) -> None:
         """Have the driver say what it wants to say now."""

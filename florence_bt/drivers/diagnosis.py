@@ -1,4 +1,4 @@
-"""How often a device delivers, and how much of it arrives damaged."""
+"""Diagnosis of a device's data: how often it delivers, and how much of it arrives damaged."""
 
 from __future__ import annotations
 
@@ -49,11 +49,14 @@ class FrequencyMeter:
             self._arrivals.popleft()
 
 
+DIAGNOSTICS_PERIOD_S = 1.0
+"""Seconds between two messages on ``diagnostics`` of a device. Chosen."""
 TOLERATED_DAMAGE = 0.05
 """Chosen: what a start in the middle of a frame costs is gone in a second; a loose plug costs more."""
 DAMAGE_WINDOW_S = 10.0
 """Chosen: a plug that is loose now and then is told for so long each time."""
 _SLICE_S = 0.1
+"""Seconds in which all that came is counted together. Chosen: the window has a hundred of them."""
 
 
 class LineQuality:

@@ -91,7 +91,7 @@ class DriverPort:
 
     @property
     def problem(self) -> str:
-        """Why there is no port, or why the last one was lost; empty once the device works."""
+        """Say why there is no port, or why the last one was lost; empty once the device works."""
         return self._connection.problem
 
     def open(self) -> None:

@@ -17,6 +17,7 @@ from serial.tools import list_ports
 from florence_bt.core.errors import DeviceLost, DeviceTimeout
 
 WRITE_TIMEOUT_S = 0.5
+"""Chosen: a command of a few bytes takes milliseconds."""
 
 
 class BytePort(Protocol):
@@ -24,7 +25,7 @@ class BytePort(Protocol):
 
     @property
     def name(self) -> str:
-        """What people call the port, e.g. ``/dev/ttyUSB0``."""
+        """Return what people call the port, e.g. ``/dev/ttyUSB0``."""
 
     def read(self, timeout_s: float) -> bytes:
         """Wait for bytes.

@@ -14,12 +14,13 @@ import threading
 from florence_bt.core.errors import DeviceLost, DeviceTimeout
 
 READ_SIZE = 65536
-CONNECT_TIMEOUT_S = 3.0
-UNHEARD_TIMEOUT_S = 3.0
-"""A peer that acknowledges nothing for this long is gone: its cable was pulled."""
+"""Bytes taken at once, at most. Chosen: a scan has some 3 kB."""
+CONNECT_TIMEOUT_S, UNHEARD_TIMEOUT_S = 3.0, 3.0
+"""A peer that answers no connection, or acknowledges nothing, for this long is gone: its cable was pulled.
+Chosen."""
 
-MOST_WAITING = 65536
-"""Bytes that may wait for a device that does not take them."""
+MOST_BYTES_WAITING = 65536
+"""Bytes that may wait for a device that does not take them. Chosen."""
 
 
 class TcpPort:
@@ -70,7 +71,7 @@ class TcpPort:
             if self._closed:
                 raise DeviceLost(f"{self.name} is closed")
             self._outbox += data
-            if len(self._outbox) > MOST_WAITING:
+            if len(self._outbox) > MOST_BYTES_WAITING:
                 raise DeviceTimeout(f"{self.name} takes no bytes")
         try:
             self._flush()

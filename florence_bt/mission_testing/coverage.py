@@ -1,4 +1,4 @@
-"""How much of the missions tests have seen: nodes, their outcomes, and the failure codes of their skills."""
+"""Coverage of missions by tests: nodes, their outcomes, and the failure codes of their skills."""
 
 from __future__ import annotations
 

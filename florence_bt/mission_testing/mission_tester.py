@@ -28,9 +28,9 @@ __tracebackhide__ = True
 """pytest shows the line of the test that failed, not the lines in here."""
 
 LIMIT = "24 h"
-"""How long a test waits for something, in the time of the mission."""
+"""Limit of a test's wait for something, in the time of the mission."""
 MAX_EVENTS_OF_WAIT = 100_000
-"""How much may happen while a test waits for one thing: one that never ends is noticed within seconds."""
+"""Events while a test waits for one thing, at most: a wait that never ends is noticed within seconds."""
 
 
 class MissionTester:

@@ -31,10 +31,10 @@ from florence_bt.trees.language.loader import MissionLibrary
 from florence_bt.trees.language.model import Mission
 
 MAX_PATHS_LISTED = 5
-"""How many paths an error lists."""
+"""Paths that an error lists at most."""
 
 FIRST = " (1)"
-"""What may follow the name of a node whose twin beside it has a "(2)"."""
+"""Ending of the name of a node whose twin beside it has a "(2)"."""
 MAX_INDEX = 1_000_000
 """The place in the order of the tree of a node that is not in the tree."""
 

@@ -1,6 +1,4 @@
-"""What the nodes of a run did, tick by tick, and the traces that tests expect of them: lines such as
-``4.2 s  look_for_user: SUCCESS``, with patterns for the nodes.
-"""
+"""Records of a run, tick by tick, and the traces that tests expect: ``4.2 s look_for_user: SUCCESS``."""
 
 from __future__ import annotations
 

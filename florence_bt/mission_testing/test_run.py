@@ -430,7 +430,7 @@ class TestRun:
 
 
 MOST_CALLS = 40
-"""How many calls a report shows: a mission that repeats something has thousands."""
+"""Calls that a report shows at most: a mission that repeats something has thousands."""
 
 
 def _shortened(calls: list[str]) -> list[str]:

@@ -22,30 +22,30 @@ from florence_bt.core.server_comparison import Lack
 from florence_bt.core.skill import BaseRun, Event, FinishedRun, Inputs, Phase, SkillRun
 
 SEARCH_PERIOD_S = 0.05
-"""How often to look for a server that is not there yet: discovery reports nothing by itself."""
+"""Period of looking for a server that is not there yet: discovery reports nothing by itself."""
 
 SERVER_SETTLE_S = 0.25
-"""How long to wait after a server was found: it may not know the way back to this client yet, and its first
-answer would be lost."""
+"""Wait after a server was found: it may not know the way back to this client yet, and its first answer would
+be lost."""
 
 SEARCH_S = 5.0
-"""How long to look for a server at most."""
+"""Limit of the search for a server."""
 SEARCH_SHARE = 0.8
 """The share of a skill's deadline that the search may take at most: whoever watches the deadline must not be
 first, or a server that is not there would read ``timed_out``."""
 
 LOST_S = 1.0
-"""How long a server may be out of sight: discovery blinks under load."""
+"""Time for which a server may be out of sight: discovery blinks under load."""
 WATCH_PERIOD_S = 0.25
-"""How often to look whether the server is still there, and to read its feedback."""
+"""Period of looking whether the server is still there, and of reading its feedback."""
 
 STANDING_CLOCK = 4.0
 """A cancel is given up after this many times its deadline in steady time, should the robot's clock stand."""
 
 REPEAT_S = 1.0
-"""How long to wait for the answer to a request to stop before the next one, in steady time."""
+"""Wait for the answer to a request to stop before the next one, in steady time."""
 GIVE_UP_S = 60.0
-"""How long to repeat the request: a server that is gone for this long comes back without its goals."""
+"""Limit of repeating the request: a server that is gone for this long comes back without its goals."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -61,7 +61,7 @@ class LatestMessages:
 
 
 FEEDBACK_DEPTH = 10
-"""How many feedback messages are kept for the next look; several goals may share the topic."""
+"""Feedback messages that are kept for the next look; several goals may share the topic."""
 
 
 class ActionClient:

@@ -26,7 +26,7 @@ SHUT_DOWN = "the server shuts down"
 REFUSED = 65535
 """The ``error_code`` of a goal that was refused; in results with a field ``code`` that is ``rejected``."""
 KEEP_RESULTS_S = 10
-"""How long a result can be asked for. Short: rclpy looks at every kept goal on each event."""
+"""Time for which a result can be asked for. Short: rclpy looks at every kept goal on each event."""
 
 
 class _OnSteadyTime:

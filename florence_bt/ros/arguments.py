@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 NAMESPACE_VARIABLE = "FLORENCE_NAMESPACE"
 """Environment variable: the namespace of the robot when the command line says none."""
 OWN_TRANSFORMS = ("-r", "/tf:=tf", "-r", "/tf_static:=tf_static")
-"""What goes with a namespace: frames of two robots have the same names. Nav2's bring-up does it the same way
-(nav2_bringup, launch/bringup_launch.py). A rule of the user for the same topic goes before it."""
+"""Arguments that go with a namespace: frames of two robots have the same names. Nav2's bring-up does it the
+same way (nav2_bringup, launch/bringup_launch.py). A rule of the user for the same topic goes before it."""
 _BEGIN, _END = "--ros-args", "--"
 _REMAP, _PARAMETER, _FILE = ("-r", "--remap"), ("-p", "--param"), ("--params-file",)
 _NAMESPACE = re.compile(r"(/[A-Za-z_][A-Za-z0-9_]*)*")

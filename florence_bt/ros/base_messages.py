@@ -1,4 +1,4 @@
-"""What a base's gyro measures, as a ROS message; plain numbers in."""
+"""ROS messages of a base's gyro; plain numbers in."""
 
 from __future__ import annotations
 

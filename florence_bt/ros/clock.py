@@ -186,7 +186,7 @@ class RosClock(TimerQueue):
     """
 
     _told_at: ClassVar[float] = -TOLD_AGAIN_S
-    """When a jump was told last, steady time: one line for all nodes of a process."""
+    """Steady time of the last line about a jump: one line for all nodes of a process."""
 
     def __init__(self, node: FlorenceNode, call_soon: Callable[[Callback], None]) -> None:
         """Make the clock.

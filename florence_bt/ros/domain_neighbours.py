@@ -1,4 +1,4 @@
-"""Whether another process may be in the ROS domain of this one, by the UDP sockets of this machine.
+"""Other processes in the ROS domain of this one, by the UDP sockets of this machine.
 
 Discovery cannot tell that nobody is there: somebody may only be slow to answer. But whoever is in a domain
 has bound ports of it (DDSI-RTPS 2.2, 9.6.1), and the kernel lists those of all users. Where no other machine

@@ -1,4 +1,4 @@
-"""What is shown goes when it has ended: its source has fallen silent, or nobody is left who has told it."""
+"""The end of what is shown: its source has fallen silent, or nobody is left who has told it."""
 
 from __future__ import annotations
 

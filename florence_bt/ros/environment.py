@@ -1,4 +1,4 @@
-"""Who can reach our nodes: the environment variables that every process of ours sets before ROS starts.
+"""Environment variables that say who can reach our nodes: every process of ours sets them before ROS starts.
 
 The range ``LOCALHOST`` of rmw_fastrtps says whom a process looks for. Its sockets listen on every interface,
 so any program that knows the address (``ROS_STATIC_PEERS``) gets in. A Fast DDS profile with 127.0.0.1 alone
@@ -15,11 +15,11 @@ from pathlib import Path
 
 RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
 LOCALHOST_ONLY = "ROS_LOCALHOST_ONLY"
-"""What :data:`RANGE` replaced; where it is 1, rcl takes the range LOCALHOST."""
+"""Predecessor of :data:`RANGE`; where it is 1, rcl takes the range LOCALHOST."""
 PROFILES = "FASTRTPS_DEFAULT_PROFILES_FILE"
 """The variable of Fast DDS 2, which is in ROS 2 Jazzy."""
 IGNORE_FOLDER = "SKIP_DEFAULT_XML_FILE"
-"""Where it is 1, a DEFAULT_FASTRTPS_PROFILES.xml in the current folder does not overrule :data:`PROFILES`."""
+"""With 1, a DEFAULT_FASTRTPS_PROFILES.xml in the current folder does not overrule :data:`PROFILES`."""
 THIS_MACHINE = str(Path(__file__).with_name("this_machine.xml"))
 NETWORK = str(Path(__file__).with_name("network.xml"))
 

@@ -21,6 +21,7 @@ from florence_bt.ros.rounds import Rounds
 from florence_bt.ros.shared_clock import SharedClock
 
 LONG_S = 3600.0
+"""A wait that something ends sooner. Chosen."""
 
 
 class SpinLoop:

@@ -1,4 +1,4 @@
-"""Which processes say that they are late (:mod:`florence_bt.ros.rounds`), for people who wonder why."""
+"""Processes that say that they are late (:mod:`florence_bt.ros.rounds`), for people who wonder why."""
 
 from __future__ import annotations
 

@@ -90,7 +90,8 @@ class FlorenceNode(Node):
     """Parameters that a user of other programs may expect -> what to use instead."""
 
     parameter_classes: ClassVar[tuple[type, ...]] = ()
-    """What :meth:`read_parameters` is asked for; ``florence up`` checks it before any process starts."""
+    """Classes that :meth:`read_parameters` is asked for; ``florence up`` checks them before any process
+    starts."""
 
     def __init__(
         self,

@@ -1,4 +1,4 @@
-"""What goes wrong in a node although it goes on: messages it refuses and callbacks that fail."""
+"""Health of a node that goes on although something goes wrong: refused messages and failed callbacks."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which goals are open on some action servers, also those of other programs; and their end."""
+"""Open goals of some action servers, also those of other programs; and their end."""
 
 from __future__ import annotations
 

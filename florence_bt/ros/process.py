@@ -42,7 +42,7 @@ def _no_beat(*, long_work: bool = False) -> None:
 LEAVE_BUDGET_S = 2.0
 """Seconds to wait for the last answers when the nodes are closed, e.g. that a goal will end."""
 READY_PERIOD_S, READY_LATE_SHARE, LONGEST_READY_PERIOD_S = 0.05, 0.05, 1.0
-"""How often to look whether every node has found what it needs: it is noticed at most this share of the time
+"""Period of looking whether every node has found what it needs: it is noticed at most this share of the time
 late that it took, and costs next to nothing where something stays missing."""
 BEAT_PERIOD_S = 0.25
 """Steady seconds between two heartbeats."""

@@ -54,7 +54,7 @@ T = TypeVar("T")
 LATENESS_PERIOD_S = 2.0
 """Seconds between two words of a process that is late: it is late with its word each second, too."""
 SERVERS_PERIOD_S = 5.0
-"""How often the mission server tells which servers missions lack: discovery takes up to so long."""
+"""Period in which the mission server tells which servers missions lack: discovery takes up to so long."""
 PERIODS_S = {LATENESS: LATENESS_PERIOD_S, SERVERS_STATUS: SERVERS_PERIOD_S}
 """Parts of diagnostics that are told less often than the others."""
 
@@ -110,11 +110,11 @@ OVERRIDE: Told[ManualOverride] = Told(OVERRIDE_STATE, ManualOverride, (LATCHED,)
 HELD: Told[str] = Told(
     STOP_REASON, StopReason, (LATCHED,), lambda message: message.text if message.code else ""
 )
-"""What holds the base, in words; empty when nothing does."""
+"""Causes that hold the base, in words; empty when nothing does."""
 MOTION: Told[Twist2] = Told(
     ODOMETRY, OdometryMsg, (STATE,), lambda told: twist_from_ros(told.twist.twist), 0.1
 )
-"""How fast the base is by its odometry."""
+"""Velocity of the base by its odometry."""
 PEOPLE: Told[tuple[int, ...]] = Told(
     TRACKED_USERS, TrackedUsers, (RELIABLE,), lambda message: tuple(sorted(message.user_ids)), 0.2
 )

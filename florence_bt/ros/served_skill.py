@@ -1,4 +1,4 @@
-"""What skills have in common that another node serves."""
+"""Common base of the skills that another node serves."""
 
 from __future__ import annotations
 

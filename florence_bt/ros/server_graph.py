@@ -1,4 +1,4 @@
-"""What the ROS graph offers, as a node sees it: who serves which name, and the states of managed nodes."""
+"""The ROS graph as a node sees it: who serves which name, and the states of managed nodes."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ if TYPE_CHECKING:
     from florence_bt.ros.node import FlorenceNode
 
 GRAPH_HOLDS_S = 0.5
-"""How long what was seen counts: many skills ask in one moment. Steady time."""
+"""Time for which what was seen counts: many skills ask in one moment. Steady time."""
 ASK_AGAIN_S = 2.0
-"""How often a managed node is asked for its state, whether it has answered or not. Steady time."""
+"""Period of asking a managed node for its state, whether it has answered or not. Steady time."""
 _GET_STATE = "/get_state"
 _STATE_TYPE = "lifecycle_msgs/srv/GetState"
 

@@ -1,4 +1,4 @@
-"""Which discovered servers are still there: discovery misses one that was killed only after its lease.
+"""Processes of discovered servers: discovery misses one that was killed only after its lease.
 
 The lease is the server's own, 20 s by default in Fast DDS. But an endpoint's id in Fast DDS has the id of the
 process (``GuidPrefix_t``: two bytes of vendor, two of the host, two of the process id, little endian), and
@@ -17,7 +17,7 @@ from rclpy.topic_endpoint_info import TopicEndpointInfo
 FAST_DDS = b"\x01\x0f"
 """The vendor id of eProsima at the begin of each endpoint's id (DDSI-RTPS 2.5, 9.3.1.5)."""
 LIBRARY = b"libfastrtps"
-"""What the process of an endpoint has loaded: in a container other processes have the same ids."""
+"""A library that the process of an endpoint has loaded: in a container other processes have the same ids."""
 PROC = Path("/proc")
 
 

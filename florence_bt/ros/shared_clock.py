@@ -33,11 +33,11 @@ from florence_bt.ros.validation import BadMessage, check_time
 QOS = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 """As in rclpy."""
 IDLE_S = 5.0
-"""How often to look whether anybody has asked for the time since, or waits for a moment; steady time."""
+"""Period of looking whether anybody has asked for the time since, or waits for a moment; steady time."""
 FIRST_S = 0.5
-"""How long to wait at most for the first message when it is needed again: the simulation may be standing."""
+"""Limit of the wait for the first message when it is needed again: the simulation may be standing."""
 DEVICE_WAIT_S = 0.1
-"""How long a thread that reads a device waits at most for the next message; steady time."""
+"""Limit of the wait of a thread that reads a device for the next message; steady time."""
 _PAUSE_S = 0.0005
 JUMP_S = 0.5
 """A longer step than :data:`MOST_STEP_S`, or one back, counts when for so long (steady time) messages have

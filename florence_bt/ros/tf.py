@@ -35,13 +35,14 @@ TF_TOPIC, TF_STATIC_TOPIC = "/tf", "/tf_static"
 
 
 TF_AHEAD_S = 1.5
-"""How far ahead of now another program's transform may be stamped: one that is stamped later stays the newest
-for as long. Chosen: Nav2's AMCL stamps ``map -> odom`` 1 s ahead (its default ``transform_tolerance``)."""
+"""Time ahead of now at which another program's transform may be stamped: one that is stamped later stays the
+newest for as long. Chosen: Nav2's AMCL stamps ``map -> odom`` 1 s ahead (its default
+``transform_tolerance``)."""
 ECHOES = 64
-"""How many of Florence's own messages, which both subscriptions hear, are known again without being read."""
+"""Messages of Florence's own, which both subscriptions hear, that are known again without being read."""
 JUDGED_AFTER_S, MAX_SUSPECTS = 1.0, 1000
-"""How long a transform of one of Florence's frames waits for its copy on the other subscription (seconds of
-the machine), and how many may wait. Chosen: a busy node has read what came together long before."""
+"""Wait of a transform of one of Florence's frames for its copy on the other subscription (seconds of the
+machine), and number that may wait. Chosen: a busy node has read what came together long before."""
 GOES_ON_S = 10.0
 """A second transform within this time that says something else is of somebody who goes on. One alone may be a
 lost copy of a frame that jumped twice meanwhile, as ``odom`` does when the robot finds itself (chosen)."""

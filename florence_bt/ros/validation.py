@@ -1,4 +1,4 @@
-"""What a message from outside may hold: one check per type, in one table. Nothing of ROS is imported here.
+"""Checks of messages from outside: one per type, in one table. Nothing of ROS is imported here.
 
 The nodes apply the table to every subscription, service and goal (:mod:`florence_bt.ros.node`,
 :mod:`florence_bt.ros.action_server`). A type without numbers that could do harm needs no check; neither do
@@ -25,7 +25,7 @@ MAX_SPEED_MPS, MAX_TURN_RATE = 100.0, 100.0
 MAX_ACCELERATION = 1_000.0
 """m/s^2"""
 MAX_STAMP_OFFSET_S = 10.0
-"""How far the stamp of a reading may be from the present time."""
+"""Largest difference between the stamp of a reading and the present time."""
 MIN_BEAM_STEP_RAD = 1e-5
 """Between two beams of a scan; no laser has a hundredth of it."""
 MAX_BEAMS = 20_000

@@ -1,4 +1,4 @@
-"""What happens in a run, as records: the source of the journal, the live view and the topics."""
+"""Events of a run, as records: the source of the journal, the live view and the topics."""
 
 from __future__ import annotations
 
@@ -73,4 +73,5 @@ def seconds_text(start: float | None, end: float | None) -> str:
     if start is None or end is None:
         return ""
     seconds = end - start
-    return f"{seconds:.1f} s" if seconds < 120 else f"{int(seconds // 60)} min {seconds % 60:.0f} s"
+    minutes, rest = divmod(round(seconds), 60)
+    return f"{seconds:.1f} s" if seconds < 120 else f"{minutes} min {rest} s"

@@ -37,7 +37,7 @@ __all__ = ["END_LIMIT_S", "QUEUE_LIMIT", "Executor", "RequestRefused"]
 OVERRIDE = "manual override"
 """The name under which the override blocks."""
 QUEUE_LIMIT = 50
-"""How many runs may be queued."""
+"""Runs that may be queued."""
 
 
 class RequestRefused(FlorenceError):

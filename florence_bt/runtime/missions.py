@@ -23,7 +23,7 @@ from florence_bt.trees.language.loader import MissionLibrary
 from florence_bt.trees.language.model import Mission
 
 READINGS = 5
-"""How often files that change while they are read are read again."""
+"""Readings of files that change while they are read."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""What a run leaves in addition to the journal: a folder with its final tree, its result and the path driven.
+"""The folder of a run beside the journal: its final tree, its result and the path driven.
 
 ``<runs>/<run id>/tree.txt`` has the final tree with the reason; ``result.json`` the end and what was measured
 on the way; pictures are drawn from that file. What happened in between is in the journal
@@ -22,7 +22,7 @@ from florence_bt.runtime.run import MissionRun
 from florence_bt.runtime.status import status_text
 
 PATH_PERIOD_S = 0.2
-"""How often the robot's position is noted while a mission runs."""
+"""Period of noting the robot's position while a mission runs."""
 
 PATH_LIMIT = 20_000
 """Points of the path that are kept; of a longer one every second, and so on."""

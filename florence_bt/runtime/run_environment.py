@@ -1,4 +1,4 @@
-"""What every run works with, and what changes when a person takes the robot over."""
+"""The environment of every run, and its change when a person takes the robot over."""
 
 from __future__ import annotations
 

@@ -64,7 +64,7 @@ def _seconds(run: MissionRun, now: float) -> float | None:
 
 
 _PARTS = {"x": Kind.LENGTH, "y": Kind.LENGTH, "yaw": Kind.ANGLE}
-"""What the parts of a pose are."""
+"""Kinds of the parts of a pose."""
 
 
 def details_line(run: MissionRun, accepted: str = "") -> str:

@@ -29,8 +29,8 @@ from florence_bt.trees.language.compile import CompiledTree, compile_mission
 from florence_bt.trees.language.vocabulary import MAX_QUICK_ROUNDS
 
 END_LIMIT_S = 15.0
-"""How long skills may take to report their end after their run has ended or was paused; longer than a skill's
-own limit for the answer to a cancel. A clean-up has all the time that its own skills have."""
+"""Limit for skills to report their end after their run has ended or was paused; longer than a skill's own
+limit for the answer to a cancel. A clean-up has all the time that its own skills have."""
 
 
 class TreeRun:

@@ -31,10 +31,10 @@ from tools.emulators.modem_lines import pretended_modem_lines
 def make(tmp_path: Path) -> Iterator[Callable[..., CreateProgram]]:
     programs: list[CreateProgram] = []
 
-    def made(**how: Any) -> CreateProgram:
+    def made(clock: Hand | None = None, **how: Any) -> CreateProgram:
         if "tcp_port" not in how:
             how["link"] = tmp_path / "create"
-        programs.append(CreateProgram(CreateOptions(**how), Hand()))
+        programs.append(CreateProgram(CreateOptions(**how), clock or Hand()))
         return programs[-1]
 
     yield made
@@ -145,13 +145,14 @@ def test_status_and_help(make: Callable[..., CreateProgram]) -> None:
 
 
 def test_a_client_drives_the_base(make: Callable[..., CreateProgram]) -> None:
-    program = make()
+    clock = Hand()
+    program = make(clock)
     with serial.Serial(program.path, 57600, timeout=0.01) as port:
         assert ask(program, port, bytes([128, 132, 142, 35]), 1) == b"\x03"
         port.write(bytes([145, 0, 100, 0, 100]))
         while program.create.wheels == (0, 0):
             program.step()
-        program._clock.now += 2.0  # type: ignore[attr-defined]
+        clock.now += 2.0
         program.step()
         assert json.loads(program.run("status"))["pose"] == [0.2, 0.0, 0.0]
         assert ask(program, port, bytes([142, 19]), 2) == bytes([0, 200])
@@ -160,13 +161,14 @@ def test_a_client_drives_the_base(make: Callable[..., CreateProgram]) -> None:
 def test_a_script_ends_where_it_should_although_the_emulator_was_held_up(
     make: Callable[..., CreateProgram],
 ) -> None:
-    program = make()
+    clock = Hand()
+    program = make(clock)
     drive, wait, stop = [145, 0, 200, 0, 200], [156, 0, 100], [145, 0, 0, 0, 0]
     with serial.Serial(program.path, 57600, timeout=0.01) as port:
         port.write(bytes([128, 132, 152, 13, *drive, *wait, *stop, 153]))
         while program.create.wheels == (0, 0):
             program.step()
-        program._clock.now += 5.0  # type: ignore[attr-defined]
+        clock.now += 5.0
         program.step()
     assert program.create.wheels == (0, 0)
     assert json.loads(program.run("status"))["pose"] == [pytest.approx(0.1, abs=0.002), 0.0, 0.0]
@@ -200,7 +202,8 @@ def test_the_wrong_speed_is_garbage_when_strict(make: Callable[..., CreateProgra
 
 def test_answers_leave_later(make: Callable[..., CreateProgram]) -> None:
     """Some clients send a question, and then throw away what they have not read yet."""
-    program = make(latency_s=0.005)
+    clock = Hand()
+    program = make(clock, latency_s=0.005)
     with serial.Serial(program.path, 57600, timeout=0) as port:
         port.write(bytes([128, 142, 35]))
         while program.create.mode == 0:
@@ -208,7 +211,7 @@ def test_answers_leave_later(make: Callable[..., CreateProgram]) -> None:
         program.step()
         assert port.in_waiting == 0
         assert program._longest_wait() == pytest.approx(0.005)
-        program._clock.now += 0.006  # type: ignore[attr-defined]
+        clock.now += 0.006
         assert ask(program, port, b"", 1) == b"\x01"
 
 

@@ -29,7 +29,7 @@ from tools.emulators.standalone import (
 )
 
 LONGEST_WAIT_S, LONGEST_WAIT_MOVING_S = 0.02, 0.005
-"""How often the base looks around while nothing is streamed: scripts, songs, behaviours."""
+"""Period in which the base looks around while nothing is streamed: scripts, songs, behaviours."""
 
 WHEELS = {"right": 4, "left": 8, "caster": 16}
 CLIFFS = ("left", "front_left", "front_right", "right")

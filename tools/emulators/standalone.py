@@ -21,7 +21,7 @@ from tools.emulators.tcp_line import TcpLine
 Line: TypeAlias = PseudoTerminal | TcpLine
 
 GARBAGE = 0xFF
-"""What a byte looks like that was sent at another speed."""
+"""A byte that was sent at another speed, as it arrives."""
 
 MOST_NOISE = 10_000
 
@@ -72,7 +72,7 @@ class StandaloneEmulator(ABC):
     """
 
     faults: Any
-    """What goes wrong: the dataclass of the device."""
+    """The faults: the dataclass of the device."""
 
     def __init__(self, options: StandaloneOptions) -> None:
         """Open the line.

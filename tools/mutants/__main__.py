@@ -22,9 +22,10 @@ from pathlib import Path
 
 import yaml
 
-from tools.mutants.covering import Covering, files_over_ros, measure
+from tools.mutants.covering import Covering, files_over_ros, measure, sum_of_code_and_tests
 from tools.mutants.mutations import Mutation, draw
 from tools.mutants.trying import Copy, Verdict
+from tools.mutants.verdicts import Verdicts
 from tools.tables import BUILD, ROOT, RowTable, command_of, git, table
 
 EQUIVALENT = ROOT / "tests" / "equivalent_mutants.yaml"
@@ -173,18 +174,22 @@ def _tried(
     for number in range(options.jobs):
         copies.put(Copy(BUILD / "mutants" / f"copy-{number}"))
     reasons = _equivalent()
+    kept = Verdicts(BUILD / "mutants" / f"verdicts-{sum_of_code_and_tests()}.txt")
 
     def tried(area: str, mutation: Mutation) -> Tried | None:
         copy = copies.get()
         try:
             if time.monotonic() > end:
                 return None
-            tests = covering.tests_of(mutation.path, mutation.line)
-            verdict = copy.judge(mutation, tests, files_over_ros(mutation.path), end)
+            tests, over_ros = covering.tests_of(mutation.path, mutation.line), files_over_ros(mutation.path)
+            verdict = kept.of(mutation, [*tests, *over_ros])
+            if verdict is None:
+                verdict = copy.judge(mutation, tests, over_ros, end)
+                if verdict is None:
+                    return None
+                kept.keep(mutation, [*tests, *over_ros], verdict)
         finally:
             copies.put(copy)
-        if verdict is None:
-            return None
         print(f"{verdict.value:<16} {mutation.path}:{mutation.line}", file=sys.stderr, flush=True)
         reason = reasons.get((mutation.path, mutation.before, mutation.after), "")
         what = mutation.line, mutation.family, mutation.before, mutation.after

@@ -1,4 +1,4 @@
-"""Which tests run a line: measured by coverage.py, with a context for each test, and kept.
+"""Tests of each line: measured by coverage.py, with a context for each test, and kept.
 
 A file of tests is measured again when it, the code, or what tests share has changed.
 """
@@ -147,11 +147,21 @@ def _read_list(listed: Path) -> set[tuple[str, str]]:
 
 def _code_and_helpers() -> str:
     """Return a sum of all on which it depends which lines a test runs, but for the tests themselves."""
-    files = git(
-        "ls-files", "florence_bt", "tests", "packages", ":!tests/equivalent_mutants.yaml"
-    ).splitlines()
-    helpers = [file for file in files if not Path(file).name.startswith("test_") and (ROOT / file).is_file()]
-    return hashlib.sha256("".join(_sha(ROOT / file) for file in helpers).encode()).hexdigest()[:12]
+    return _sum(file for file in _code_and_tests() if not Path(file).name.startswith("test_"))
+
+
+def sum_of_code_and_tests() -> str:
+    """Return a sum of all on which it depends whether a test fails."""
+    return _sum(_code_and_tests())
+
+
+def _code_and_tests() -> list[str]:
+    files = git("ls-files", "florence_bt", "tests", "packages", ":!tests/equivalent_mutants.yaml")
+    return [file for file in files.splitlines() if (ROOT / file).is_file()]
+
+
+def _sum(files: Iterable[str]) -> str:
+    return hashlib.sha256("".join(_sha(ROOT / file) for file in files).encode()).hexdigest()[:12]
 
 
 def _sha(file: Path) -> str:

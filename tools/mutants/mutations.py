@@ -34,7 +34,8 @@ _FAMILIES = {
 
 
 _NO_OPERATION = ("parameters", "param", "argument", "star_expr", "dictorsetmaker")
-"""Where a star or slash is no operation: with another one callers get the same, or the module is none."""
+"""Nodes in which a star or slash is no operation: with another one callers get the same, or the module is
+none."""
 _NOTE = re.compile(r"(.*\.)?(get_logger\(\)|_?log(ger)?)\.(debug|info)")
 """A note in a log that asks nobody to do anything; PIT leaves calls of loggers as they are, too."""
 

@@ -6,6 +6,7 @@ import contextlib
 import enum
 import math
 import os
+import resource
 import shutil
 import signal
 import subprocess
@@ -18,13 +19,14 @@ from tools.mutants.covering import QUICK
 from tools.mutants.mutations import Mutation
 from tools.tables import ROOT, git
 
-LONGEST_S = 300.0
-"""A mutant whose tests take longer goes round for ever, which somebody notices."""
+LONGEST_S, LONGEST_WAIT_S = 300, 3600.0
+"""A mutant whose tests use more time of a core goes round for ever, which somebody notices; so does one whose
+tests are not over after that time by the clock. On a busy machine they may wait long for a core."""
 _NOTICED = (1, 2, 4)
-"""What pytest exits with when a test fails, or a module cannot be imported."""
+"""Exit codes of pytest when a test fails, or a module cannot be imported."""
 
 _LOST = "E       fixture '"
-"""What pytest says of a test whose fixture it does not find: no mutation does that (:func:`by_folder`)."""
+"""Message of pytest on a test whose fixture it does not find: no mutation does that (:func:`by_folder`)."""
 
 
 class Verdict(enum.Enum):
@@ -121,8 +123,9 @@ class Copy:
                 start_new_session=True,
             ) as tests_running,
         ):
+            resource.prlimit(tests_running.pid, resource.RLIMIT_CPU, (LONGEST_S, LONGEST_S + 10))
             try:
-                code = tests_running.wait(max(0.0, min(LONGEST_S, until - time.monotonic())))
+                code = tests_running.wait(max(0.0, min(LONGEST_WAIT_S, until - time.monotonic())))
             except subprocess.TimeoutExpired:
                 if time.monotonic() >= until:
                     raise TimeoutError from None
@@ -130,6 +133,8 @@ class Copy:
             finally:
                 with contextlib.suppress(ProcessLookupError):
                     os.killpg(tests_running.pid, signal.SIGKILL)
+        if code == -signal.SIGXCPU:
+            return True
         if code not in (0, *_NOTICED) or _LOST in said.read_text(errors="replace"):
             raise RuntimeError(f"pytest ended with {code}: {said.read_text()[-2000:]}")
         return code != 0

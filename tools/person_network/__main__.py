@@ -25,7 +25,7 @@ from tools.person_network.plain_rooms import plain_pictures
 from tools.processes import processes
 
 EPOCHS = (8, 6)
-"""How often each picture is shown: bent homes first, then all kinds."""
+"""Rounds over the pictures: bent homes first, then all kinds."""
 RATES = (3e-3, 2e-3)
 FURTHER_EPOCHS, FURTHER_RATE = 4, 5e-4
 """As above, for a network that knows something already."""
@@ -43,7 +43,7 @@ MORE_OFTEN = (
     "aided",
     "aided",
 )
-"""What people do in the homes that are not bent: more of what is hard to see."""
+"""Activities of people in the homes that are not bent: more of what is hard to see."""
 
 
 def saved(file: Path, pictures: Callable[[], Iterable[Picture]]) -> Path:

@@ -14,7 +14,7 @@ from tools.safety_campaign.running_system import BringUp, CampaignFailed, Runnin
 from tools.tables import table
 
 HANGS = {"missions": 10.0, "navigation": 4.0, "people": 4.0}
-"""How long each process hangs, seconds: of the mission server long enough to be killed and started again."""
+"""Time that each process hangs, seconds: of the mission server long enough to be killed and started again."""
 TURN_RAD_PER_S = 0.5
 """The person turns on the spot, where there is always room."""
 PERIOD_S = 0.05

@@ -14,7 +14,7 @@ OTHERS = ("hardware", "navigation", "people", "simulator")
 ENDS_ALL = "simulator"
 """The one that is not started again."""
 IN_A_ROW = 3
-"""How often one bring-up starts a process again within ten minutes."""
+"""Times that one bring-up starts a process again within ten minutes."""
 AGAIN_S = 120.0
 
 

@@ -212,7 +212,7 @@ class Report:
 QUIET = ("/rosout", "/parameter_events")
 """Topics that nodes of rclpy have for themselves."""
 SETTLE_S = 3.0
-"""How long discovery may take before the attack, and answers after it."""
+"""Time for discovery before the attack, and for answers after it."""
 
 
 def attack_with_messages(seconds: float, seed: int) -> Report:

@@ -28,13 +28,14 @@ PLACES = ((3.3, 5.2), (7.3, 4.9), (3.6, 2.95), (6.7, 2.975))
 """Free places of the flat, metres."""
 TRIES = 5
 GIVEN_UP = 3
-"""How many bring-ups may end early, because the robot is stuck somewhere."""
+"""Bring-ups that may end early, because the robot is stuck somewhere."""
 SETTLE_S = 0.15
 """A base that brakes rocks a little when it stands."""
 ATTACK_S = 0.6
-"""How long everybody tries to drive the robot while the override is on."""
+"""Time in which everybody tries to drive the robot while the override is on."""
 QUIET_S = 0.6
-"""How long nobody does, before the release; the velocity filter lets old commands go within that time."""
+"""Time in which nobody does, before the release; the velocity filter lets old commands go within that
+time."""
 
 SHIFT_M = 0.01
 """A base that moves farther than this between the stand and the end is worth a line."""

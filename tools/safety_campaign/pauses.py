@@ -17,7 +17,8 @@ from tools.tables import table
 DEATHS = ("killed", "hung until the supervisor killed it")
 STANDS_BY = ("pause", "override")
 WATCH_S = 8.0
-"""How long nothing may move after the mission server is back; a run that comes back drives within 3 s."""
+"""Time after the mission server is back in which nothing may move; a run that comes back drives within 3
+s."""
 DRIVES_S = 30.0
 UP_AGAIN = "'missions' is up again"
 

@@ -41,12 +41,12 @@ LOST_S = 60.0
 """A stop that has not arrived so long after the fault is over is lost. A page that dies for the third time is
 started again after 20 s."""
 LATE_S = 1.0
-"""What comes later than this after the press is late."""
+"""Time after the press from which something is late."""
 BUSY_PROGRAMS = 4
 GIVEN_UP = 6
-"""How many bring-ups may end early, because something that everything else needs did not happen."""
+"""Bring-ups that may end early, because something that everything else needs did not happen."""
 MOST_ENDS = 3
-"""How often one process may end in a bring-up, which is how often the supervisor starts it again."""
+"""Times that one process may end in a bring-up, which is how often the supervisor starts it again."""
 VIEWS = ("desktop", "phone", "two pages")
 RECORDER = """
 window.words = []; window.presses = [];

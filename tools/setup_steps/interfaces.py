@@ -35,7 +35,8 @@ OF_NAV2 = (
     ),
     *("srv/ClearCostmapExceptRegion.srv", "srv/ClearEntireCostmap.srv", "srv/LoadMap.srv", "srv/SaveMap.srv"),
 )
-"""What Florence itself speaks of nav2_msgs; ``florence interfaces add nav2_msgs`` builds all of it."""
+"""Interfaces of nav2_msgs that Florence itself speaks; ``florence interfaces add nav2_msgs`` builds all of
+it."""
 
 
 def step(log: Log) -> Step:

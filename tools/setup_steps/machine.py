@@ -1,4 +1,4 @@
-"""Where things are, and whether this machine can build Florence."""
+"""Places on this machine, and whether it can build Florence."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the drivers publish about their devices while a robot comes up: which are missing, and what to do."""
+"""Report of what the drivers publish while a robot comes up: which devices are missing, and what to do."""
 
 from __future__ import annotations
 

@@ -20,11 +20,11 @@ from florence_bt.ros.open_goals import OpenGoals
 from florence_bt.ros.qos import RELIABLE, SENSOR
 
 MAKE_SAFE_LIMIT_S = 15.0
-"""How long to wait for the answers and for the base to stand, in steady time."""
+"""Limit of the wait for the answers and for the base to stand, in steady time."""
 SERVERS_SEARCH_S = 3.0
-"""How long to look for servers; one that comes into sight later has restarted, without goals."""
+"""Time for finding servers; one that comes into sight later has restarted, without goals."""
 ZERO_PERIOD_S = 0.1
-"""How often to look for servers, and to command zero."""
+"""Period of looking for servers, and of commanding zero."""
 STANDING_SPEED = 0.01
 """Below this the base stands: m/s, and rad/s."""
 STANDING_READINGS = 3

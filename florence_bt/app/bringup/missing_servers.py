@@ -1,4 +1,4 @@
-"""What the mission server says about servers that are missing, as lines for the console."""
+"""Lines for the console of the servers that the mission server says are missing."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a bring-up is asked for, in one value that travels to every process as JSON."""
+"""The options of a bring-up, in one value that travels to every process as JSON."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from florence_bt.core.geometry import Pose2
 from florence_bt.ros.arguments import namespace_in, renamed_nodes, ros_arguments
 
 NAVIGATIONS = ("own", "nav2")
-"""Whose navigation: Florence's, or a Nav2 that is already running."""
+"""Origins of the navigation: Florence's, or a Nav2 that is already running."""
 BASES = ("own", "running")
-"""Whose drivers of base and sensors: Florence's, or others that run already."""
+"""Origins of the drivers of base and sensors: Florence's, or others that run already."""
 FILE = "options.json"
 """Its name in the folder of a bring-up."""
 STARTS = (
@@ -23,7 +23,7 @@ STARTS = (
     "florence up --robot CONFIG",
     "florence up --missions-only beside a robot",
 )
-"""How a system is started."""
+"""Ways of starting a system."""
 ABSENT = "absent"
 """The value of ``person`` that means nobody is at home."""
 

@@ -1,4 +1,4 @@
-"""What can be checked before any process starts, so that a typing mistake costs no time and moves nothing."""
+"""Checks before any process starts, so that a typing mistake costs no time and moves nothing."""
 
 from __future__ import annotations
 

@@ -10,7 +10,8 @@ from pathlib import Path
 from florence_bt.core.errors import ConfigError
 
 PARTS = ("lock", "logs", "runs", "ports", "up", "options.json", "hotspots.yaml")
-"""What earlier bring-ups left in a folder. A folder that no other user may enter protects what is in it."""
+"""Files that earlier bring-ups left in a folder. A folder that no other user may enter protects what is in
+it."""
 
 
 @contextmanager

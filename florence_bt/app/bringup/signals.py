@@ -1,4 +1,4 @@
-"""What Ctrl-C and similar signals do while the system starts, runs and ends: nothing is left half done.
+"""Ctrl-C and similar signals while the system starts, runs and ends: nothing is left half done.
 
 Python runs signal handlers in the main thread only; on other threads all of this does nothing.
 """
@@ -17,7 +17,7 @@ from typing import Any
 ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 """Ctrl-C, a plain ``kill``, and a terminal that was closed."""
 AGAIN_AFTER_S = 0.05
-"""When a signal comes again whose exception was lost."""
+"""Time after which a signal comes again whose exception was lost."""
 _onces: list[list[int]] = []
 """For each block of :func:`once`, the outermost first, the signal that interrupted it."""
 

@@ -1,4 +1,4 @@
-"""What a simulated bring-up adds: who is at home, where the robot starts, where the ports are.
+"""Additions of a simulated bring-up: who is at home, where the robot starts, where the ports are.
 
 The home loads when it is asked for: it takes longer than all the rest of a process's start.
 """

@@ -21,12 +21,14 @@ END_BUDGET_S = 8.0
 END_LOOK_S = 0.02
 """Wall seconds between two looks whether a process has ended."""
 TAIL_LINES = 15
+"""Lines of a process's log that are shown when it has ended. Chosen."""
 STARTED_AGAIN = "FLORENCE_STARTED_AGAIN"
 """Environment variable: set for a process that replaces one that died, empty for the first of its group."""
 PAUSES_S = (0.0, 5.0, 20.0)
-"""How long a process that died waits before it is started again, for the first time, the second and the third
-within :data:`RESTARTS_PERIOD_S`; after that it is not."""
+"""Pauses before a process that died is started again, for the first time, the second and the third within
+:data:`RESTARTS_PERIOD_S`; after that it is not."""
 RESTARTS_PERIOD_S = 600.0
+"""Seconds in which a process is started again no more often than there are pauses. Chosen."""
 
 
 class Process(Protocol):
@@ -98,16 +100,16 @@ class _Child:
     log_file: Path
     log: IO[bytes]
     log_begun: int
-    """Where in the log this process begins: what stands before is of an earlier one."""
+    """The place in the log where this process begins: the text before is of an earlier one."""
     heart: HeartbeatMonitor
     killed_because: str = ""
-    """Why it was killed; empty when it was not."""
+    """The reason why it was killed; empty when it was not."""
     reaped: str | None = None
-    """What was done after its end; None before."""
+    """The measures that were taken after its end; None before."""
     due: float | None = None
-    """When it is started again, in steady seconds; None while it runs, or is not started again."""
+    """Time of its next start, in steady seconds; None while it runs, or is not started again."""
     is_given_up: bool = False
-    """Whether it stays as it is, and nobody minds."""
+    """It stays as it is, and nobody minds."""
 
     def close(self) -> None:
         self.log.close()

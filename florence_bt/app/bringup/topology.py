@@ -1,4 +1,4 @@
-"""Which nodes run in which process, with which parameters. A group is imported in its process only."""
+"""The processes, their nodes and parameters. A group of nodes is imported in its process only."""
 
 from __future__ import annotations
 

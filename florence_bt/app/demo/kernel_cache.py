@@ -1,4 +1,4 @@
-"""Whether the compiled code of the numba kernels is on disk, and compiling them when it is not.
+"""The compiled code of the numba kernels on disk: found there, or compiled.
 
 A kernel that is not on disk is compiled by its first call, which takes seconds: a process of ``florence up``
 would not answer meanwhile, and the supervisor kills a process for that. So nothing starts before they are
@@ -29,7 +29,7 @@ from florence_bt.core.errors import FlorenceError
 
 PACKAGE = Path(__file__).resolve().parents[2]
 SUFFIX = "_kernels.py"
-"""How the names of all modules end that have functions for numba to compile."""
+"""The end of the names of all modules that have functions for numba to compile."""
 STAMP = "florence_bt_kernels.json"
 MESSAGE = "compiling the hot loops, once: about a minute"
 

@@ -21,7 +21,7 @@ PICTURE = "flat.png"
 FINISH_BUDGET_S = 4.0
 """Wall seconds that pictures get to be finished when the system goes down."""
 MOST_PICTURES_WAITING = 20
-"""How many pictures may wait to be drawn; of more runs than that in a short time the earliest get none."""
+"""Pictures that may wait to be drawn; of more runs than that in a short time the earliest get none."""
 
 
 class BackgroundPictures:

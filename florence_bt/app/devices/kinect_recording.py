@@ -22,6 +22,7 @@ LONGEST_S = 3600.0
 PATIENCE_S = 10.0
 """Without an image for this long the camera counts as silent."""
 FRAME_WAIT_S = 0.1
+"""Longest wait for a frame: Ctrl-C is heard so soon. Chosen."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -27,6 +27,7 @@ MODE, CHARGING, VOLTAGE, CHARGE, CAPACITY = 35, 21, 22, 25, 26
 ASKED = (MODE, CHARGING, VOLTAGE, CHARGE, CAPACITY)
 """Packets of the base (REFERENCE 1.5)."""
 LASER_BAUD = 115200
+"""Bit rate at which the laser's port is opened; over USB it means nothing."""
 
 OpenPort = Callable[[str, int], BytePort]
 

@@ -34,7 +34,7 @@ def watch_graph(least: float, most: float) -> GraphView:
     node = FlorenceNode(NAME, context=context, of_a_command=True)
     try:
         loop.add(node)
-        return _watch(loop, node, RobotState(node), least, most)
+        return watch(loop, node, RobotState(node), least, most)
     finally:
         node.shut_down()
         loop.close()
@@ -42,7 +42,8 @@ def watch_graph(least: float, most: float) -> GraphView:
         rclpy.try_shutdown(context=context)
 
 
-def _watch(loop: SpinLoop, node: FlorenceNode, state: RobotState, least: float, most: float) -> GraphView:
+def watch(loop: SpinLoop, node: FlorenceNode, state: RobotState, least: float, most: float) -> GraphView:
+    """See the same from a node; the times are as those of :func:`watch_graph`."""
     battery = state.listen(BATTERY)
     state.listen_to_diagnostics()
 

@@ -17,7 +17,7 @@ ROOM_WANTED, ROOM_NEEDED = 1 << 30, 100 << 20
 BUILT_YEAR = 2024
 """A clock before this year was never set."""
 NOT_SYNCHRONISED = 5
-"""What adjtimex(2) returns when no time service keeps the clock (TIME_ERROR)."""
+"""Answer of adjtimex(2) when no time service keeps the clock (TIME_ERROR)."""
 
 
 def check_machine(

@@ -24,20 +24,20 @@ COOKIE = "florence_token"
 ROLE = "florence_role"
 """Key of the role in an ASGI scope."""
 MOST_MESSAGES, MOST_BYTES = 100, 2 * LARGEST_REQUEST
-"""What one WebSocket may bring in a second: a text of 100 kB three times, a pad that is dragged, and more."""
+"""Limits of one WebSocket in a second: a text of 100 kB three times, a pad that is dragged, and more."""
 SPAN_S = 10.0
 """Seconds in which is counted what somebody asks for."""
 MOST_PAGES = 50
-"""How often somebody may open a page in that time: making one takes some 0.05 s."""
+"""Pages that somebody may open in that time: making one takes some 0.05 s."""
 MOST_WORDS = 200
-"""How often somebody may ask for words: the editor asks while they type, ten times a second at most, which
-takes up to 0.015 s each."""
+"""Questions for words that somebody may ask: the editor asks while they type, ten times a second at most,
+which takes up to 0.015 s each."""
 MOST_PARTS = 1_500
-"""How many files and pictures somebody may get: a page has some 30 of them, and keeps most."""
+"""Files and pictures that somebody may get: a page has some 30 of them, and keeps most."""
 MOST_LINKS = 10
-"""How often somebody may come by a link of another site: a site that opens windows has a count of its own."""
+"""Visits by a link of another site: a site that opens windows has a count of its own."""
 MOST_HANDSHAKES = 200
-"""How many WebSockets somebody may ask for: a page has two, which come again and again after a break."""
+"""WebSockets that somebody may ask for: a page has two, which come again and again after a break."""
 MOST_SOCKETS = 150
 """WebSockets that are open at once, of all: those of 50 viewers, and of the editor."""
 _MONTH_S = 30 * 86_400

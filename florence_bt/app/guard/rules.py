@@ -1,4 +1,4 @@
-"""Who is let in: what a request says about itself, and what speaks against it. No port, no clock, no library.
+"""Rules of admission: what a request says about itself, and what speaks against it. No port, no clock.
 
 A browser tells by ``Origin`` and ``Sec-Fetch-Site`` which site a request comes from, and by ``Host`` under
 which name it got here; a page of another site can neither leave these out nor choose them. Other programs

@@ -33,9 +33,11 @@ from florence_bt.core.text_files import decode_utf8, read_bytes
 DEFINITIONS = Path(__file__).with_name("definitions")
 """The packages whose definitions come with Florence."""
 _LONGEST_NAME = 60
+"""Characters of a package's name. Chosen."""
 _AT_START = ("sitecustomize", "usercustomize")
 """Modules that every Python imports when it starts, if they are there."""
 _TAIL_LINES = 30
+"""Lines of a failed build that are shown. Chosen."""
 _PIP = "pip install 'florence-bt[build]'"
 
 

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
 MISSION = "explore"
 _STOP_BUDGET_S = 20.0
+"""Seconds in which a run that is stopped ends. Chosen."""
 
 
 def build_by_hand(files: MapFiles, console: Console) -> None:

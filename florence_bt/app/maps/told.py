@@ -1,4 +1,4 @@
-"""What ``florence map build`` tells a person: how far it is, and what came out."""
+"""Progress and result of ``florence map build``, for people."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from florence_bt.core.transforms import Transform3
 from florence_bt.skills.navigation.mapping.slam import Slam
 
 _LINE_EVERY_S = 5.0
-"""Where the output is no terminal."""
+"""Time between two lines when the output is no terminal."""
 
 
 class MapProgress:

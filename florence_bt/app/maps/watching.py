@@ -32,7 +32,7 @@ _WAIT_S = 10.0
 _STEP_M = 0.1
 """From one pose of the way in the picture to the next."""
 _LINE_EVERY_S = 5.0
-"""Where the output is no terminal."""
+"""Time between two lines when the output is no terminal."""
 
 
 @dataclass(frozen=True, slots=True)

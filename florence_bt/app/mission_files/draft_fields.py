@@ -15,7 +15,7 @@ _KINDS = (
     *(Kind.TEXT, Kind.BOOLEAN, Kind.NUMBER, Kind.INTEGER, Kind.POSE, Kind.DURATION, Kind.ANGLE),
     *(Kind.LIST_OF_TEXT, Kind.LIST_OF_BOOLEAN, Kind.LIST_OF_NUMBER, Kind.LIST_OF_INTEGER, Kind.LIST_OF_POSE),
 )
-"""What a field is drafted as: the first of these that it holds."""
+"""Kinds of a drafted field: the first of these that can hold it."""
 _NO_POSE = re.compile(r"(sequence<)?geometry_msgs/Point\b.*")
 """Holds the place of a pose, and mostly is something else: a way, or the corner of a box."""
 _MOST_FIELDS = 20

@@ -1,4 +1,4 @@
-"""What of the ROS graph serves skills now, and of which type a name in it is."""
+"""Skills that the ROS graph serves now, and the type of a name in it."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ NODES_SEARCH_S = 3.0
 _EVERYWHERE = re.compile(
     r" /(rosout|parameter_events|clock) |/_action/| (rcl|type_description)_interfaces/| /florence_"
 )
-"""What every node has, the parts of actions, and the mission server itself."""
+"""Names that every node has, the parts of actions, and the mission server itself."""
 
 
 def servers_now(library: MissionLibrary) -> Mapping[str, str]:

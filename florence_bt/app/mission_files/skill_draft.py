@@ -32,6 +32,7 @@ _TRANSITION = "lifecycle_msgs/srv/ChangeState"
 _MOST_SHOWN = 3
 """A draft tells no more fields of the feedback."""
 LONGEST_NAME = 60
+"""Characters of a skill's name. Chosen."""
 DEADLINES = {"action": "1 min", "service": "5 s", "wait_for": "1 min"}
 
 
@@ -339,7 +340,7 @@ _EXAMPLES = {
     Kind.NUMBER: "${path} < 1",
     Kind.INTEGER: "${path} < 1",
 }
-"""How a condition can be about a field."""
+"""Examples of a condition about a field."""
 
 
 def _example(path: str, kind: Kind) -> str:

@@ -1,4 +1,4 @@
-"""Which hotspot file a command is about: one that was named, or that of the running system."""
+"""The hotspot file of a command: one that was named, or that of the running system."""
 
 from __future__ import annotations
 
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 _MAP = "map"
 _MAP_BUDGET_S = 10.0
+"""Seconds in which the map, which is latched, has come. Chosen."""
 
 
 class NoPose(FlorenceError):

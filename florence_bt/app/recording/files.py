@@ -23,7 +23,7 @@ PATTERN = "recording_*.mcap"
 FREE_MB = 300.0
 """Chosen: a recording ends when less than this is free on its disk, before anything else fails there."""
 FLUSH_S = 2.0
-"""What a power cut may cost."""
+"""Time between two writes to the disk: a power cut may cost so much."""
 _MB = 1e6
 DAY_S = 86_400.0
 """Seconds of a day."""

@@ -27,7 +27,7 @@ DESKTOP = "file://"
 """The origin of Foxglove's desktop application, whose page is a file."""
 MOST_FOXGLOVES = 10
 MOST_OF_FOXGLOVE = 1_000
-"""What a viewer may say in a second: a layout that is loaded asks for each topic by itself."""
+"""Messages that a viewer may send in a second: a layout that is loaded asks for each topic by itself."""
 MOST_SUBSCRIPTIONS = 1_000
 MOST_WAITING, MOST_WAITING_BYTES = 1_024, 32_000_000
 """Messages for a viewer that takes them too slowly; then the oldest ones are left out."""

@@ -15,7 +15,7 @@ from florence_bt.core.interfaces import load_interface
 from florence_bt.ros.qos import NO_EVENTS
 
 Taken = tuple[int, str, bytes]
-"""When a message was received (nanoseconds since 1970), its topic, and it, serialised."""
+"""A message with the time when it was received (nanoseconds since 1970) and its topic, serialised."""
 OVERLAP_S = 0.9
 """So long a subscription that is replaced goes on: the new one has yet to find its publishers."""
 
@@ -91,7 +91,7 @@ class Intake:
 
 
 _Sent = tuple[int, bytes]
-"""When its publisher sent a message, and it: the same for every subscription."""
+"""A message with the time when its publisher sent it: the same for every subscription."""
 
 
 class _Replaced:

@@ -25,12 +25,12 @@ from florence_bt.ros.arguments import namespace
 from florence_bt.ros.node import FlorenceNode
 
 TOPICS_LOOK_S = 1.0
-"""How often topics are looked for: what a topic says before it is found is not recorded, unless latched."""
+"""Period of looking for topics: what a topic says before it is found is not recorded, unless latched."""
 LOOKS_AT_KNOWN, LOOKS_AT_OFFERS = 5, 50
 """Every so many looks the publishers of known topics are counted, and all their offers looked at: for each
 topic the one takes a tenth of a millisecond, the other a whole one."""
 TAKE_S = 0.1
-"""How often what came is written: Foxglove shows it so much later."""
+"""Period of writing what came: Foxglove shows it so much later."""
 QUEUE_DEPTH = 500
 """Messages of a topic that may wait to be taken."""
 INTAKE = "_recorder_intake"

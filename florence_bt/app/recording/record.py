@@ -10,6 +10,7 @@ from florence_bt.app.recording.node import RecorderNode
 from florence_bt.ros.process import run_nodes
 
 _SHOWN_EVERY_S = 1.0
+"""Period of the progress in the terminal. Chosen."""
 
 
 def run_recorder(parameters: Mapping[str, Any]) -> int:

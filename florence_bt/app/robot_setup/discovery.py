@@ -1,4 +1,4 @@
-"""Which serial device is the base and which the laser: by their USB ids, then by asking them."""
+"""Discovery of base and laser among the serial devices: by their USB ids, then by asking them."""
 
 from __future__ import annotations
 

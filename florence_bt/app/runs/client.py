@@ -53,7 +53,7 @@ BUSY_BUDGET_S = 25.0
 """Wall seconds more for each of the two while a bring-up is seen on this machine: perhaps it starts its
 mission server again, or the machine is busy."""
 _TRIES = 3
-"""How often a question that may be repeated is asked within the time for its answer."""
+"""Times that a question that may be repeated is asked within the time for its answer."""
 LOOK_S, DISCOVERY_LOOK_S = 0.05, 0.005
 """Wall seconds between two looks at what is waited for, while no callback runs: usually, and while something
 is discovered, of which no callback tells."""
@@ -62,7 +62,7 @@ LAST_MESSAGES_S = 0.2
 RELOAD_BUDGET_S = 30.0
 """Wall seconds for the answer to a reload: every mission that changed is checked."""
 OVERRIDDEN = "manual override"
-"""What the mission server's status says while the override is on."""
+"""The mission server's status while the override is on."""
 LOCATOR = "florenceLocator"
 """Node name of the locator, and the first part of its services' names."""
 ROBOT_POSE = f"{LOCATOR}/getRobotPosXYPhi"

@@ -19,7 +19,7 @@ from florence_bt.runtime.status import values_text
 from florence_bt.trees.language.declarations import collect_declarations
 
 MOST_VALUES = 5
-"""How many values are listed that differed before two runs parted."""
+"""Values that are listed at most, of those that differed before two runs parted."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -19,7 +19,7 @@ from florence_bt.runtime.viewers.variables import variables_of
 from florence_bt.trees.drawings.ascii import TreeRow
 
 MOST_KEPT = 200
-"""How many frames are kept: to go back by some steps shall not run everything again."""
+"""Frames that are kept: to go back by some steps shall not run everything again."""
 SAY = "say"
 """The skill that speaks."""
 

@@ -16,9 +16,9 @@ from florence_bt.app.runs.screen import LEAST_COLUMNS, LEAST_LINES, Detail, choo
 
 KEYS = "→ next  ← before  f F failures  g G start, end  q leave"
 MOST_SENTENCES = 4
-"""How many sentences of a moment are shown."""
+"""Sentences of a moment that are shown at most."""
 MOST_KEYS = 3
-"""How many lines the keys have."""
+"""Lines for the keys."""
 KEYS_LOOK_S = 0.3
 """Seconds between two looks whether the terminal has another size."""
 PAGE = 10

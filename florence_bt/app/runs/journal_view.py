@@ -15,7 +15,7 @@ from florence_bt.runtime.status import duration_text, outputs_text
 from florence_bt.trees.language.declarations import collect_declarations
 
 RUNS = Path("runs")
-"""Where the verbs leave their runs when no folder is given, and where a bring-up has them in its folder."""
+"""Folder of the verbs' runs when none is given, and of a bring-up's runs within its own."""
 
 
 def runs_table(

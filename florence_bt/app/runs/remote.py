@@ -1,4 +1,4 @@
-"""What the verbs of the command line do on a running system: run, look, stop, pause, reload.
+"""The verbs of the command line on a running system: run, look, stop, pause, reload.
 
 ``stop`` must be quick: what only some verbs need, such as the drawing of trees, is imported by those.
 """

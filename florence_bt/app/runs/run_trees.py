@@ -1,4 +1,4 @@
-"""What the mission server tells of a run and its tree, as values."""
+"""Runs and their trees as the mission server tells them, as values."""
 
 from __future__ import annotations
 

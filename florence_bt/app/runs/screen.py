@@ -1,4 +1,4 @@
-"""What the terminal shows of a run, as lines: pure text, no terminal in here.
+"""The view of a run in the terminal, as lines: pure text, no terminal in here.
 
 The lines at the top answer what the robot does now, where, for how long, and what failed before. The tree
 below shows what there is room for: the way to what runs first, then what failed, then what is done.
@@ -23,7 +23,7 @@ from florence_bt.trees.drawings.folding import fold_calls, parents_of, ways_to_w
 
 STYLES = {Status.SUCCESS: "green", Status.FAILURE: "red", Status.RUNNING: "bold cyan", Status.INVALID: "dim"}
 _ENDS = {"SUCCEEDED": "succeeded", "FAILED": "failed", "STOPPED": "was stopped", "ABORTED": "was aborted"}
-"""How a run ended, in words, by the states of the status."""
+"""Ends of a run in words, by the states of the status."""
 _STATE_STYLES = {"SUCCEEDED": "bold green", "FAILED": "bold red", "ABORTED": "bold red"}
 _INDENT = 2
 """Columns a level: a deep tree must fit into 80."""
@@ -31,7 +31,7 @@ _LABEL = 8
 """Columns of the words at the beginning of the lines at the top."""
 KEYS_OF_RUN, KEYS_OF_STATUS = "q leave  Ctrl-C stop the mission", "q leave"
 KEYS_OF_DEMO = "q, Ctrl-C stop and end all"
-"""What ``q`` and Ctrl-C do, for the line at the bottom."""
+"""Meaning of ``q`` and Ctrl-C, for the line at the bottom."""
 LEAST_COLUMNS, LEAST_LINES = 60, 12
 """In a smaller terminal there are plain lines."""
 
@@ -40,7 +40,7 @@ class Detail(enum.IntEnum):
     """A level of detail in which a tree is shown."""
 
     FOLDED = 0
-    """What is done is one line, what was not reached none."""
+    """A detail with one line for what is done, and none for what was not reached."""
     VISITED = 1
     """Everything but what was not reached."""
     ALL = 2

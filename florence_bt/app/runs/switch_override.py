@@ -26,7 +26,7 @@ SIGHT_S = 5.0
 BUSY_S = 25.0
 """Wall seconds more for each of the two while a bring-up is seen on this machine, which may be busy."""
 PUBLISH_AGAIN_S = 0.25
-"""How often to publish again while there is no confirmation."""
+"""Period of publishing again while there is no confirmation."""
 STAND_S = 2.0
 """Wall seconds in which the wheels must stand after the driver has stopped them; they do after 0.15 s."""
 BY_HAND = "if the robot moves, switch it off by hand"

@@ -52,10 +52,11 @@ REPORTS_WAIT_S = 2.5
 """Wall seconds for what is published once a second. Florence's own nodes have the last message ready; others
 may not."""
 WHERE_PERIOD_S = 0.5
+"""Period of looking again while it is watched. Chosen."""
 USER_SEEN = f"{LOCATOR}/getUserSeen"
 _DRIVING = (GoalStatus.STATUS_ACCEPTED, GoalStatus.STATUS_EXECUTING)
 _ENDS = {"SUCCEEDED": "succeeded", "PREEMPTED": "was stopped", "ABORTED": "failed"}
-"""How a run ended, in words, by the goal states of the document that ``run_state`` has."""
+"""Ends of a run in words, by the goal states of the document that ``run_state`` has."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,4 @@
-"""Where the robot is and how far it still has to go, as a viewer sees it: it asks no mission server.
+"""The robot's pose and the distance still to go, as a viewer sees them: it asks no mission server.
 
 The feedback of navigation is a topic that anybody may read, with Florence's navigation and with Nav2; rooms
 and the goal are the locator's. Missions themselves do not say how far it is: a countdown would make every

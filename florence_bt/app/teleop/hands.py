@@ -1,4 +1,4 @@
-"""What a person's hand wants the base to do: keys or a gamepad in, a velocity out, the time given to it.
+"""Driving by hand: keys or a gamepad in, a velocity out, the time given to it.
 
 A hand must go on saying that it is there. A terminal tells no release of a key, but repeats one that is held;
 a gamepad has a button to be held. Without news for the time-out the robot stands still.

@@ -1,4 +1,4 @@
-"""What the terminal shows while somebody drives by hand: text in, lines out."""
+"""The panel in the terminal while somebody drives by hand: text in, lines out."""
 
 from __future__ import annotations
 

@@ -39,7 +39,7 @@ Halt = Callable[[Any], None]
 Holds = Callable[[Behaviour], bool]
 """Tells whether a node is not to be started yet."""
 HELD = "held at a breakpoint"
-"""What a node says that is not started yet."""
+"""Message of a node that is not started yet."""
 StatusChange = tuple[Behaviour, Status, Status]
 """A node, its status before and its status after."""
 
@@ -566,7 +566,7 @@ MAKERS = {
     (decorators.Decorator.tick, decorators.Decorator.stop): make_decorator,
     (PreparedDecorator.tick, decorators.Decorator.stop): make_prepared_decorator,
 }
-"""What makes the functions for a class, by its ``tick`` and ``stop``."""
+"""Makers of the functions for a class, by its ``tick`` and ``stop``."""
 
 
 def _functions_of(table: TickTable, cls: Any) -> tuple[Tick, Halt]:

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from florence_bt.core.errors import ChecksumError, ConfigError, FrameError
 
 BIT_RATES = (19200, 38400, 57600, 115200, 250000, 500000, 750000)
-"""What SS takes."""
+"""Bit rates that SS takes."""
 
 KINDS = ("MD", "MS", "ME", "ND", "NE", "GD", "GS", "GE", "HD", "HE")
 """The measurement commands."""
@@ -69,7 +69,7 @@ class Measurement:
 
     @property
     def streams(self) -> bool:
-        """Whether it asks for a stream."""
+        """Tell whether it asks for a stream."""
         return self.kind[0] in "MN"
 
     @property

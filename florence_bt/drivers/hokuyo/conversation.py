@@ -78,7 +78,7 @@ class Answer:
 
 
 Script: TypeAlias = Generator[Retune | Ask | Listen, Answer, Any]
-"""What a conversation follows; its value is the conversation's result."""
+"""The course of a conversation; its value is the conversation's result."""
 
 
 class Conversation:
@@ -117,7 +117,7 @@ class Conversation:
 
     @property
     def deadline(self) -> float | None:
-        """When :meth:`poll` must be called at the latest; None when all is said."""
+        """Return when :meth:`poll` must be called at the latest; None when all is said."""
         return None if self.done else self._deadline
 
     def take_bytes(self) -> bytes:

@@ -1,4 +1,4 @@
-"""What the diagnostics say about the scanner. Source: REFERENCE 4.9."""
+"""The lines of the diagnostics about the scanner. Source: REFERENCE 4.9."""
 
 from __future__ import annotations
 

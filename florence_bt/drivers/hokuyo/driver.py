@@ -150,12 +150,12 @@ class HokuyoDriver:
 
     @property
     def calibrated(self) -> bool:
-        """Whether the latency was measured."""
+        """Tell whether the latency was measured."""
         return self.sensor is not None and self.sensor.device_id in self._calibrated
 
     @property
     def late_s(self) -> float:
-        """How late the last scan arrived, in seconds, by the sensor's own clock."""
+        """Return how late the last scan arrived, in seconds, by the sensor's own clock."""
         return self._clock.late_s
 
     def rate(self, now: float) -> float:
@@ -164,7 +164,7 @@ class HokuyoDriver:
 
     @property
     def blind(self) -> bool:
-        """Whether no beam of the last scan is a distance."""
+        """Tell whether no beam of the last scan is a distance."""
         scan, sensor = self._last_scan, self.sensor
         return scan is not None and sensor is not None and sensor.geometry.is_blind(scan.distances_mm)
 

@@ -1,4 +1,4 @@
-"""Which direction a step of the sensor looks in, and how a row of distances becomes a laser scan.
+"""Directions of the sensor's steps, and laser scans from rows of distances.
 
 Angles are as the sensor gives them: counter-clockwise seen from its top, never negated. That a sensor hangs
 upside down is in the transform of its frame (REFERENCE 4.11). Values below DMIN are error codes (REFERENCE
@@ -219,6 +219,7 @@ def range_errors(model: str, maximum_mm: int) -> Mapping[int, str]:
 
 BEYOND = "farther than the sensor measures"
 _BEYOND = -1
+"""Stands for every distance beyond DMAX; no code of a sensor is negative."""
 
 
 def summarise(distances_mm: NDArray[np.int32], geometry: SensorGeometry, errors: Mapping[int, str]) -> str:

@@ -1,4 +1,4 @@
-"""What can be set on the Hokuyo driver and node."""
+"""Parameters of the Hokuyo driver and node."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from florence_bt.core.limits import CheckedParameters, Limits, check_order
 from florence_bt.drivers.hokuyo.codec import BIT_RATES
 
 USB_MODEM = "ttyACM"
-"""What Linux calls a serial port over USB whose speed means nothing."""
+"""Linux's name of a serial port over USB whose speed means nothing."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,7 +92,7 @@ class HokuyoPortParameters(CheckedParameters):
 
     @property
     def place(self) -> str:
-        """Where the sensor is, for people."""
+        """Say where the sensor is, for people."""
         return f"{self.ip_address}:{self.ip_port}" if self.ip_address else self.port
 
     @property

@@ -1,4 +1,4 @@
-"""How long a sensor in trouble may check itself, and how long the pause before a new start is.
+"""Time-outs of a sensor in trouble: for its check of itself, and for the pause before a new start.
 
 The time is given.
 """

@@ -1,4 +1,4 @@
-"""When scans would have arrived without delay: the sensor's timer against our clock.
+"""Times at which scans would have arrived without delay: the sensor's timer against our clock.
 
 Source: REFERENCE 4.4 (24-bit timer).
 """

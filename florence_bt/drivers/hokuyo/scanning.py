@@ -11,12 +11,12 @@ from florence_bt.core.ports import Delivery, Ports, Topic
 from florence_bt.core.sensing import LaserScan
 from florence_bt.core.topics import DIAGNOSES, SCAN
 from florence_bt.drivers.device_line import DeviceLine
+from florence_bt.drivers.diagnosis import DIAGNOSTICS_PERIOD_S
 from florence_bt.drivers.hokuyo.diagnosis import diagnose
 from florence_bt.drivers.hokuyo.driver import HokuyoDriver
 from florence_bt.drivers.hokuyo.geometry import MultiEchoScan
 from florence_bt.drivers.hokuyo.parameters import HokuyoParameters
 
-DIAGNOSTICS_PERIOD_S = 1.0
 ECHOES = Topic(topic_names.ECHOES, MultiEchoScan, Delivery.SENSOR, "sensor_msgs/msg/MultiEchoLaserScan")
 
 

@@ -14,6 +14,7 @@ from florence_bt.drivers.hokuyo.start_up import LASER_ON, UNKNOWN, is_healthy
 from florence_bt.drivers.hokuyo.status import ACCEPTED, SCAN_FOLLOWS, describe_status
 
 STREAM_SKIP = 1
+"""Scans left out between two of the streamed data. Source: REFERENCE 4.9."""
 UNKNOWN_COMMAND = ("0D", "0E")
 
 

@@ -16,11 +16,11 @@ HEALTHY = ("Sensor works well.", "Stable 000 no error.", "sensor is working norm
 """The texts of STAT of a sensor that is well: URG (REFERENCE 4.5), UTM, UST; urg_node knows these three."""
 
 STABLE = "Stable"
-"""How STAT begins on any UTM that is well (urg_library)."""
+"""The beginning of STAT on any UTM that is well (urg_library)."""
 
 ANY = (*(f"0{letter}" for letter in "0123456789ABCDEFGHI"), "10")
 POWER_ON_RATE = 19200
-"""What a sensor on a real serial line has after power on and after ``RS`` (REFERENCE 4.2, 4.6)."""
+"""Bit rate of a sensor on a real serial line after power on and after ``RS`` (REFERENCE 4.2, 4.6)."""
 
 SEARCHED = (POWER_ON_RATE, 115200, 38400, 57600)
 """Speeds that such a sensor is looked for at."""
@@ -29,9 +29,10 @@ SPEED_KEPT = ("03", "04")
 """SS: it has this speed already, or knows no others."""
 
 ATTEMPTS = 3
+"""Times that a sensor is asked before it counts as silent. Chosen: a line may be disturbed."""
 UNKNOWN = "unknown"
 IDENTIFIES = {"VV": ("VEND", "PROD", "FIRM", "PROT", "SERI"), "II": ("STAT",)}
-"""What VV and II must tell so that nobody is warned (REFERENCE 4.5); nothing of it is needed to measure."""
+"""Fields that VV and II must tell so that nobody is warned (REFERENCE 4.5); measuring needs none of them."""
 LASER_ON = Ask("BM", (ACCEPTED, "02"), 10)
 
 
@@ -60,7 +61,7 @@ class Sensor:
 
     @property
     def ill(self) -> bool:
-        """Whether the sensor says that it is not well."""
+        """Tell whether the sensor says that it is not well."""
         return "STAT" in self.state and not is_healthy(self.stat)
 
     @property

@@ -1,4 +1,4 @@
-"""What the two status characters of a reply mean. Source: REFERENCE 4.6, 4.7."""
+"""Meanings of the two status characters of a reply. Source: REFERENCE 4.6, 4.7."""
 
 from __future__ import annotations
 

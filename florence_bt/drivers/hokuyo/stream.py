@@ -1,4 +1,4 @@
-"""Which measurement to ask for, the latency of its scans, and the way to the first one.
+"""The measurement to ask for, the latency of its scans, and the way to the first one.
 
 Source: REFERENCE 4.4 (24-bit timer), 4.7, 4.9.
 """
@@ -103,6 +103,7 @@ def _can_measure(wanted: Measurement) -> Script:
 
 
 SAMPLES = 10
+"""Scans of which the median of the latency is taken. Source: REFERENCE 4.9."""
 
 
 def measure_latency(measurement: Measurement) -> Script:

@@ -13,13 +13,15 @@ from numpy.typing import NDArray
 from florence_bt.core.errors import FrameError
 
 RAW_VALUES = 2048
+"""Of 11 bits."""
 NO_VALUE = 2047
 """The raw depth that means "nothing measured"."""
 
 FARTHEST_MM = 10_000
-"""The millimetre formats end here."""
+"""The millimetre formats end here. Source: REFERENCE 5.3."""
 
 _OFFSET, _SLOPE = 3.3309495161, 0.0030711016
+"""1/m, and 1/m for each step of raw depth, of formula A. Source: REFERENCE 5.3."""
 
 
 class DepthFormula(enum.Enum):

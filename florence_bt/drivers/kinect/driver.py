@@ -163,7 +163,7 @@ class KinectDriver:
 
     @property
     def blind(self) -> bool:
-        """Whether the last depth image has no distance in it."""
+        """Tell whether the last depth image has no distance in it."""
         return self._distances is not None and not bool(np.isfinite(self._distances).any())
 
     def silent(self, now: float) -> bool:

@@ -24,10 +24,12 @@ from florence_bt.drivers.kinect.recording import Reading
 
 INDEX = "INDEX.txt"
 NOTES = "florence.json"
-"""What the format has no place for; other programs pass over it."""
+"""File of what the format has no place for; other programs pass over it."""
 WIDTH, HEIGHT = 640, 480
+"""Pixels of the pictures. Source: REFERENCE 5.2."""
 DEPTH_HEAD, COLOUR_HEAD = b"P5 640 480 65535\n", b"P6 640 480 255\n"
 TICKS_PER_SECOND = 60e6
+"""Of the Kinect's clock, whose stamps are in the names of the files; REFERENCE does not have it."""
 _READING = struct.Struct("<hhhbxi")
 """Accelerations x, y, z (819 a g), tilt in half degrees, status: the C structure of libfreenect."""
 

@@ -23,6 +23,7 @@ HEADER = struct.Struct(">4sBxHHdII")
 """Magic, kind, width, height, time stamp, payload length, CRC-32 of header (with CRC 0) and payload."""
 
 LARGEST_SIDE = 2048
+"""Pixels; a header that says more is damaged. Chosen: a Kinect has 1280 x 1024 at most (REFERENCE 5.2)."""
 _CRC = struct.Struct(">I")
 
 

@@ -24,8 +24,9 @@ MEDIUM = 1
 CAMERA_ONLY = 2
 """The motor stays free for others (:mod:`florence_bt.drivers.kinect.motor`)."""
 LOG_WARNING = 2
-INTERRUPTED = -10
-"""libusb: a signal came while waiting."""
+"""FREENECT_LOG_WARNING of libfreenect.h: fatal, errors and warnings are written, notices are not."""
+LIBUSB_INTERRUPTED = -10
+"""LIBUSB_ERROR_INTERRUPTED of libusb.h: a signal came while waiting."""
 
 
 class DepthFormat(enum.IntEnum):
@@ -89,7 +90,7 @@ _SIGNATURES: dict[str, tuple[Any, tuple[Any, ...]]] = {
         "stop_{}": (c_int, (c_void_p,)),
     }.items()
 }
-"""What is called, without ``freenect_``: the kind of the result and those of the arguments."""
+"""Functions that are called, without ``freenect_``: the kind of the result and those of the arguments."""
 
 
 class FreenectLibrary:
@@ -199,7 +200,7 @@ class FreenectLibrary:
         seconds = int(timeout_s)
         timeout = _TimeValue(seconds, round((timeout_s - seconds) * 1e6))
         code = self._calls["process_events_timeout"](self._context, byref(timeout))
-        if code != INTERRUPTED:
+        if code != LIBUSB_INTERRUPTED:
             self._check(code, "the Kinect went away")
 
     def close(self) -> None:

@@ -36,7 +36,8 @@ DEPTH, COLOUR, READING = "/kinect/depth", "/kinect/colour", "/kinect/reading"
 RAW, MILLIMETRES, RGB = "mono16", "16UC1", "rgb8"
 """Encodings of ROS (sensor_msgs/image_encodings.hpp)."""
 LARGEST_RECORD = 1 << 27
-LONGEST_PAUSE_S = 1.0
+"""Bytes; a file that announces a longer record is damaged. Chosen."""
+LONGEST_GAP_S = 1.0
 """A longer pause between two parts of a recording, or one below 0, was a clock that was set, or no camera."""
 IMAGE_SCHEMA = f"""\
 std_msgs/Header header
@@ -59,6 +60,7 @@ _CDR = b"\0\1\0\0"
 """Little-endian."""
 _TIME, _PAIR, _LENGTH = struct.Struct("<iI"), struct.Struct("<II"), struct.Struct("<I")
 _NS = 1_000_000_000
+"""Nanoseconds of a second."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,7 +158,7 @@ def recorded(place: Path) -> Iterator[tuple[float, Frame | Reading]]:
     """Yield what a recording holds in order, each with the moment when it came, seconds since 1970.
 
     A recording whose program was killed has no end, which is as good as one. Where the clock of the machine
-    was set meanwhile, pauses are cut to :data:`LONGEST_PAUSE_S`, and all later moments are shifted.
+    was set meanwhile, pauses are cut to :data:`LONGEST_GAP_S`, and all later moments are shifted.
 
     Args:
         place: Its folder or file.
@@ -182,7 +184,7 @@ def recorded(place: Path) -> Iterator[tuple[float, Frame | Reading]]:
                     topics[record.id] = record.topic
                 elif isinstance(record, Message) and topics.get(record.channel_id) in _READERS:
                     moment = record.log_time / _NS
-                    pause = moment if before is None else min(max(moment - before, 0.0), LONGEST_PAUSE_S)
+                    pause = moment if before is None else min(max(moment - before, 0.0), LONGEST_GAP_S)
                     told, before = told + pause, moment
                     yield told, _READERS[topics[record.channel_id]](record.data)
     except EndOfFile:

@@ -16,12 +16,12 @@ from florence_bt.core.diagnosis import Diagnoses, Diagnosis, Severity
 from florence_bt.core.ports import Delivery, Ports, Topic
 from florence_bt.core.sensing import DepthImage
 from florence_bt.core.topics import COLOUR, DEPTH, DIAGNOSES
+from florence_bt.drivers.diagnosis import DIAGNOSTICS_PERIOD_S
 from florence_bt.drivers.kinect.camera import depth_to_points
 from florence_bt.drivers.kinect.codec import millimetres_from_metres
 from florence_bt.drivers.kinect.driver import KinectDriver
 from florence_bt.drivers.kinect.frames import DepthFrame, VideoFrame
 
-DIAGNOSTICS_PERIOD_S = 1.0
 BLIND = "no pixel of the depth images has a distance: is the lens covered, or does the sun shine into it?"
 T = TypeVar("T")
 
@@ -73,15 +73,15 @@ class LaterPicture(Generic[T]):
 
 
 class FrameLine(Protocol):
-    """Where the frames come from: a USB library or a socket on a robot, the simulated Kinect in the rig."""
+    """Source of the frames: a USB library or a socket on a robot, the simulated Kinect in the rig."""
 
     @property
     def problem(self) -> str:
-        """Why none come; empty once they do."""
+        """Say why none come; empty once they do."""
 
     @property
     def lost(self) -> int:
-        """How often it was lost so far."""
+        """Return how often it was lost so far."""
 
     def works(self) -> None:
         """Note that a frame has come."""
@@ -116,7 +116,7 @@ class CameraSeeing:
 
     @property
     def colour_wanted(self) -> bool:
-        """Whether somebody looks at colours."""
+        """Tell whether somebody looks at colours."""
         return bool(self._colour.listeners) or any(topic.listeners for topic in self._coloured)
 
     def take_depth(self, frame: Callable[[], DepthFrame], arrived: float) -> None:

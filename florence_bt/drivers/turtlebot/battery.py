@@ -1,4 +1,4 @@
-"""What the base says about its battery, as far as it can be true.
+"""The battery as the base reports it, as far as that can be true.
 
 A Create counts its charge in 16 bits and below zero on to 65,535: one that is empty says that it holds 65 Ah.
 A number that cannot be true is not known; it is never taken for the nearest one that could be.

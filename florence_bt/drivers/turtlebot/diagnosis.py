@@ -1,4 +1,4 @@
-"""What the diagnostics say about the base: the eight lines of REFERENCE 2.7."""
+"""The diagnostics of the base: the eight lines of REFERENCE 2.7."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ LOW_CHARGE = 0.15
 """Fraction of the capacity; the old node let a base charge below it (REFERENCE 2.4, row 7)."""
 
 GYRO_UNPOWERED = 100
+"""Counts at rest below which a gyro has no power (REFERENCE 1.8)."""
 GYRO_PLAUSIBLE = (425, 575)
 """Counts at rest of a gyro that is well (REFERENCE 1.8)."""
 
@@ -26,7 +27,7 @@ DROPS_FRACTIONS = (
 
 REFUSED = "the base counted more way than it can drive: that was left out of the odometry"
 REFUSED_S = 60.0
-"""How long a refused reading is told."""
+"""Time for which a refused reading is told."""
 
 _OF_A_READING = ("Operating Mode", "Battery", "Charging Sources", "Cliff Sensor", "Wall Sensor")
 

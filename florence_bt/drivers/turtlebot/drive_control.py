@@ -1,4 +1,4 @@
-"""Which wheel speeds to send and when: the command, its time-out, what objects to it (REFERENCE 2.4).
+"""Control of the wheel speeds: the command, its time-out, what objects to it (REFERENCE 2.4).
 
 :class:`CommandAcknowledgement` compares them with the speeds that the base reports (packets 41 and 42).
 """
@@ -127,7 +127,7 @@ ACKNOWLEDGEMENT_TIMEOUT_S = 1.0
 
 
 TOLERANCE_MMPS = 10
-"""What a firmware may round a speed by before it reports it; a broken wire makes a larger difference."""
+"""Rounding of a speed by a firmware before it reports it; a broken wire makes a larger difference."""
 
 
 class CommandAcknowledgement:

@@ -50,9 +50,12 @@ from florence_bt.drivers.turtlebot.tune import play_notes, play_tune
 from florence_bt.drivers.turtlebot.wheels import WheelSpeeds
 
 STREAM_PERIOD_S = 0.015
+"""Between two frames. Source: REFERENCE 1.1."""
 RECOVERY_PERIOD_S = 2.0
+"""Between two attempts to bring a base back into its mode. Chosen: more than the waits of one."""
 OI_MODE, STREAM_PACKETS = 35, 38
 LEFT_ENCODER, RIGHT_ENCODER = 43, 44
+"""Numbers of packets. Source: REFERENCE 1.5."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,7 +116,7 @@ LET_GO_S = 1.0
 
 
 class _Hand:
-    """Who drives by hand; a stop takes the base out of the hand until it has let go and begins anew."""
+    """Driving by hand, as the driver knows it: a stop takes the base out of the hand until it begins anew."""
 
     def __init__(self) -> None:
         self._held = False
@@ -209,7 +212,7 @@ class TurtlebotDriver:
 
     @property
     def starting(self) -> bool:
-        """Whether a start-up or change of mode is under way."""
+        """Tell whether a start-up or change of mode is under way."""
         return self._sequence.busy
 
     @property

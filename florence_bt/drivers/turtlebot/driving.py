@@ -13,6 +13,7 @@ from florence_bt.core.geometry import STANDSTILL, Twist2
 from florence_bt.core.ports import Fields, Ports
 from florence_bt.core.topics import BASE_STOP, DIAGNOSES, ODOMETRY
 from florence_bt.drivers.device_line import DeviceLine
+from florence_bt.drivers.diagnosis import DIAGNOSTICS_PERIOD_S
 from florence_bt.drivers.turtlebot.diagnosis import diagnose
 from florence_bt.drivers.turtlebot.driver import BaseReading, TurtlebotDriver
 from florence_bt.drivers.turtlebot.hazards import StopReason
@@ -46,8 +47,7 @@ from florence_bt.drivers.turtlebot.override_switch import BaseWord, OverrideSwit
 from florence_bt.drivers.turtlebot.parameters import TurtlebotNodeParameters
 from florence_bt.drivers.turtlebot.report import RateLimiter, StateReport
 
-DIAGNOSTICS_PERIOD_S = 1.0
-SILENT_S = 0.5
+BASE_SILENT_S = 0.5
 """Seconds without a frame of the base after which it is not said to stand; one comes each 15 ms."""
 
 
@@ -149,7 +149,7 @@ class BaseDriving:
     def _word(self) -> BaseWord:
         now, reading = self._ports.clock.now(), self._reading
         problem = self._line.problem
-        if reading is None or now - reading.stamp > SILENT_S:
+        if reading is None or now - reading.stamp > BASE_SILENT_S:
             problem = problem or "the base says nothing"
         elif reading.stop_reason is StopReason.NO_RESPONSE:
             problem = reading.stop_text

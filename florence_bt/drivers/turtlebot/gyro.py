@@ -118,7 +118,7 @@ class RestOffset:
 
     @property
     def samples(self) -> int:
-        """How many samples the offset is the mean of."""
+        """Count the samples that the offset is the mean of."""
         return len(self._samples)
 
     def value(self) -> float | None:
@@ -179,12 +179,12 @@ class Gyro:
 
     @property
     def rest_samples(self) -> int:
-        """How many samples at rest the offset is the mean of."""
+        """Count the samples at rest that the offset is the mean of."""
         return self._rest.samples
 
     @property
     def calibrated(self) -> bool:
-        """Whether the base has rested long enough to know the offset, be it of use or not."""
+        """Tell whether the base has rested long enough to know the offset, be it of use or not."""
         return self._rest.samples >= self._parameters.first_offset_after
 
     def recalibrate(self) -> None:
@@ -239,6 +239,7 @@ BROKEN_RADPS, BROKEN_WINDOW_S = 2.0, 0.5
 be wrong by more than the whole turn: no scale is that wrong."""
 
 LONGEST_WATCH_GAP_S = 0.25
+"""Over a longer gap between two readings the comparison begins anew; chosen."""
 HAIR_RADPS = 1e-6
 """More than what additions and subtractions of some thousand readings are off by."""
 

@@ -1,4 +1,4 @@
-"""What forbids motion: bumpers, dropped wheels, cliffs, a base that left its mode (REFERENCE 1.2, 2.4).
+"""Hazards that forbid motion: bumpers, dropped wheels, cliffs, a mode left (REFERENCE 1.2, 2.4).
 
 :class:`ChargeWatch` decides when a base that does not charge is to be reset (REFERENCE 2.4, rows 6 and 7).
 """
@@ -71,7 +71,7 @@ HOLDS_ALL = frozenset(
         StopReason.NO_RESPONSE,
     }
 )
-"""What holds every motion; the others leave the way back and turns on the spot."""
+"""Hazards that hold every motion; the others leave the way back and turns on the spot."""
 
 
 _VERBS = {

@@ -1,4 +1,4 @@
-"""What the base is told and tells: its topics, services and the values on them, by the interfaces' fields."""
+"""Topics and services of the base, and the values on them, by the interfaces' fields."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class BaseOdometry(Odometry):
 
 @dataclass(frozen=True, slots=True)
 class TurnRate:
-    """What a gyro about z says.
+    """A reading of a gyro about z.
 
     Attributes:
         stamp: Seconds.
@@ -51,6 +51,7 @@ class JointState:
 STATUS_CHARGING, STATUS_DISCHARGING, STATUS_NOT_CHARGING, STATUS_FULL = 1, 2, 3, 4
 HEALTH_GOOD, HEALTH_UNSPECIFIED_FAILURE = 1, 5
 TECHNOLOGY_NIMH = 1
+"""Values of ``power_supply_status``, ``_health`` and ``_technology`` in ``sensor_msgs/BatteryState``."""
 CHARGING = (ChargingState.RECOVERY, ChargingState.CHARGING, ChargingState.TRICKLE)
 
 

@@ -11,11 +11,12 @@ from florence_bt.core.errors import FrameError
 from florence_bt.core.geometry import STANDSTILL, Pose2, Twist2
 from florence_bt.core.limits import CheckedParameters, Limits
 from florence_bt.core.sensing import Odometry
+from florence_bt.drivers.turtlebot.codec.commands import MAX_WHEEL_SPEED_MMPS
 from florence_bt.drivers.turtlebot.codec.state import SensorState
 from florence_bt.drivers.turtlebot.gyro import Gyro, GyroParameters, GyroReading
 
-MAX_SPEED_MPS = 0.5
-MAX_TURN_RADPS = 2.0 * MAX_SPEED_MPS / 0.235
+TOP_SPEED_MPS = MAX_WHEEL_SPEED_MMPS / 1000.0
+MAX_TURN_RADPS = 2.0 * TOP_SPEED_MPS / 0.235
 """The fastest turn of any of these bases (REFERENCE 1.1)."""
 
 MAX_STEP_M, MAX_STEP_RAD = 0.25, 0.5
@@ -99,7 +100,7 @@ class WheelOdometry:
 
 def _refuse_jump(distance_m: float, angle_rad: float, duration_s: float) -> None:
     """Raise FrameError for a step beyond one read's limit and what the duration explains."""
-    if abs(distance_m) > MAX_STEP_M + MAX_SPEED_MPS * duration_s:
+    if abs(distance_m) > MAX_STEP_M + TOP_SPEED_MPS * duration_s:
         raise FrameError(f"a step of {distance_m:.3f} m in {duration_s:.3f} s is not motion of this base")
     if abs(angle_rad) > MAX_STEP_RAD + MAX_TURN_RADPS * duration_s:
         raise FrameError(f"a turn of {angle_rad:.3f} rad in {duration_s:.3f} s is not motion of this base")

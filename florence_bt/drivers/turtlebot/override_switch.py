@@ -20,7 +20,7 @@ LATE_S = 1.0
 
 
 class BaseWord(NamedTuple):
-    """What the base says, for those who stop it.
+    """State of the base, for those who stop it.
 
     Attributes:
         standing: The wheels are commanded to stand still, and do, as its encoders say.
@@ -35,7 +35,7 @@ class BaseWord(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class OverrideState:
-    """How override and base stand, as ``florence_interfaces/ManualOverride`` has it; see there."""
+    """State of override and base, as ``florence_interfaces/ManualOverride`` has it; see there."""
 
     on: bool
     stops: int

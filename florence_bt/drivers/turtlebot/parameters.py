@@ -102,7 +102,7 @@ class TurtlebotParameters(CheckedParameters):
 
     @property
     def gyro_fitted(self) -> bool:
-        """Whether there is a gyro to read."""
+        """Tell whether there is a gyro to read."""
         return self.has_gyro and self.model.cargo_bay
 
     def wheels(self) -> WheelParameters:

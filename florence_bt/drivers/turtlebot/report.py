@@ -1,4 +1,4 @@
-"""How often to publish what, and what adds up meanwhile: the base measures faster than its node publishes."""
+"""Rates of what is published, and sums of what adds up meanwhile: the base measures faster than that."""
 
 from __future__ import annotations
 

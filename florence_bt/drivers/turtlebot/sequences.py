@@ -1,4 +1,4 @@
-"""What wakes a base, changes its mode and resets it, with the waits between (REFERENCE 1.1, 2.4).
+"""Sequences that wake a base, change its mode and reset it, with the waits between (REFERENCE 1.1, 2.4).
 
 The waits are deadlines, not sleeps.
 """
@@ -44,12 +44,12 @@ class CommandSequence:
 
     @property
     def due(self) -> float | None:
-        """When the next step (or the end of the last wait) is due; None when the sequence is over."""
+        """Return when the next step (or the end of the last wait) is due; None when the sequence is over."""
         return self._due
 
     @property
     def busy(self) -> bool:
-        """Whether something is left to send or to wait for."""
+        """Tell whether something is left to send or to wait for."""
         return self._due is not None
 
     def begin(self, steps: Iterable[SequenceStep], now: float) -> None:

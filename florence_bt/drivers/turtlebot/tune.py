@@ -17,10 +17,11 @@ NOTES = (
     (74, EIGHTH),
     (74, HALF),
 )
+"""Pitches (MIDI) and durations."""
 SONG = 0
-
-
+"""The number by which it is kept: every base has this one."""
 LONGEST_NOTE_S = 255 / 64
+"""A duration is a byte, in 1/64 s (REFERENCE 1.3)."""
 
 
 def play_notes(notes: Sequence[int], durations_s: Sequence[float], model: Model) -> bytes:

@@ -8,12 +8,7 @@ from typing import Annotated
 
 from florence_bt.core.geometry import Twist2
 from florence_bt.core.limits import CheckedParameters, Limits, Positive
-
-MAX_WHEEL_SPEED_MMPS = 500.0
-"""What the motors can do (REFERENCE 1.1)."""
-
-MAX_RADIUS_MM = 2000.0
-"""The widest arc of the Drive command (REFERENCE 1.3)."""
+from florence_bt.drivers.turtlebot.codec.commands import MAX_RADIUS_MM, MAX_WHEEL_SPEED_MMPS
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,7 +25,7 @@ class WheelSpeeds:
 
     @property
     def forward(self) -> bool:
-        """Whether the base as a whole goes forward; a pure spin does not."""
+        """Tell whether the base as a whole goes forward; a pure spin does not."""
         return self.left_mmps + self.right_mmps > 0
 
 

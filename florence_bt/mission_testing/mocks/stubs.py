@@ -16,7 +16,7 @@ from florence_bt.trees.language.loader import MissionLibrary
 from florence_bt.trees.language.model import Literal, Mission, Reference
 
 _NOWHERE = Position(0, 0)
-"""Where the nodes of a stub stand: nothing of a file, so that nothing in it counts as seen."""
+"""Position of the nodes of a stub: nothing of a file, so that nothing in it counts as seen."""
 _DEADLINE_S = 1e9
 """A mission has no deadline of its own."""
 

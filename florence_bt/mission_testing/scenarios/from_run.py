@@ -31,11 +31,11 @@ from florence_bt.trees.language.findings import ERROR
 from florence_bt.trees.language.loader import MissionLibrary
 
 MARK = "# A recorded run as a scenario"
-"""How such a file begins."""
+"""First line of such a file."""
 LEAST_RUNNING_S = 1e-6
-"""How long a skill takes at least that does not answer within its start."""
+"""Least time of a skill that does not answer within its start."""
 OVERRIDE = "manual override: "
-"""What the executor writes before the reason of an override."""
+"""Words of the executor before the reason of an override."""
 
 
 @dataclass(frozen=True, slots=True)

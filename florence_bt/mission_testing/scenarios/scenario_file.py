@@ -76,7 +76,7 @@ WHEN_KEYS: dict[str, tuple[str, ...]] = {
     "start": ("inputs", *TRIGGER_KEYS, "as"),
     "expect": (),
 }
-"""What can happen -> the further keys of that table. ``at`` may stand with each, and alone."""
+"""Things that can happen -> the further keys of that table. ``at`` may stand with each, and alone."""
 _OTHER_EVENTS = by_spelling(
     {
         "advance": ("wait", "sleep", "after", "delay", "for", "passes", "time"),
@@ -87,21 +87,21 @@ _OTHER_EVENTS = by_spelling(
         "expect": ("assert", "check", "then"),
     }
 )
-"""What people call the things that can happen."""
+"""People's words for the things that can happen."""
 THEN_KEYS = (
     *("status", "code", "reason", "leaf", "outputs", "keys", "duration", "within", "calls", "only_calls"),
     *("called", "not_called", "nodes", "trace", "tree"),
 )
-"""What may stand under ``then`` and ``expect``."""
+"""Keys below ``then`` and ``expect``."""
 RUN_STATUSES = tuple(status.value for status in RunStatus)
 MAX_SCENARIOS = 10_000
-"""How many scenarios one file may have, examples counted."""
+"""Scenarios that one file may have, examples counted."""
 
 _GOES_ON = frozenset({RunStatus.QUEUED, RunStatus.RUNNING, RunStatus.PAUSED, RunStatus.ENDING})
 _RUN_CODES = frozenset({"internal_error", "timed_out", "spinning", "failed", "cancelled"})
 """Codes with which the executor itself ends a run, whatever its mission is."""
 _STOPS = ("stop", "override", "start")
-"""What can stop a run: a start may preempt it."""
+"""Events that can stop a run: a start may preempt it."""
 _REASON = "requested by the scenario"
 _THEN = ("then: {status: SUCCEEDED}",)
 _SCRIPTS = ("SUCCESS", "running 3 s, then FAILURE no_path twice, then SUCCESS")
@@ -112,7 +112,7 @@ Assertion = Callable[[TestRun], object]
 Act = Callable[[ScenarioRun], None]
 Entries = Mapping[str, YamlNode]
 Users = list[tuple[SkillDeclaration, NodeRef | None]]
-"""What a script must fit: declarations, and the nodes that start them."""
+"""Users of a script, which it must fit: declarations, and the nodes that start them."""
 
 
 # ---- pieces of the grammar ------------------------------------------------------------------------------
@@ -1013,7 +1013,7 @@ def read_scenarios(file: Path, libraries: Libraries) -> ScenarioFile:
 
 
 _Surroundings = tuple[MissionLibrary, Mapping[str, SkillDeclaration], MissionMaps]
-"""What a scenario is read with: as the folders have it, or with stubs for some missions."""
+"""The missions and skills that a scenario is read with: as the folders have them, or with stubs."""
 
 
 class _FileReader:

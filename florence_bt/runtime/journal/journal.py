@@ -47,7 +47,7 @@ STATE_KINDS = frozenset(
 
 
 HANGING_S = 0.05
-"""How long an acknowledgement waits when the disk did not answer the last time."""
+"""Wait for an acknowledgement when the disk did not answer the last time."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,7 +109,7 @@ class Journal:
 
     @property
     def trouble(self) -> str:
-        """What is wrong with the disk, empty when all is well."""
+        """Say what is wrong with the disk, empty when all is well."""
         return self._guard.trouble or self._slow or self._guard.prune_error
 
     def write(self, run: MissionRun, event: RunEvent) -> None:

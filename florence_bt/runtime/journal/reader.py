@@ -29,8 +29,8 @@ from florence_bt.runtime.run import FINAL
 
 T = TypeVar("T")
 
-BUSY_S = 2.0
-"""Seconds to wait for a writer."""
+WRITER_WAIT_S = 2.0
+"""Seconds to wait for a writer. Chosen."""
 _NOT_WRITABLE = frozenset({sqlite3.SQLITE_CANTOPEN, sqlite3.SQLITE_READONLY, sqlite3.SQLITE_PERM})
 
 
@@ -154,7 +154,7 @@ def _open(path: Path) -> sqlite3.Connection:
     """Open for reading; a file whose folder cannot be written to is read as it lies there."""
     uri = path.absolute().as_uri()
     for option in ("mode=ro", "immutable=1"):
-        connection = sqlite3.connect(f"{uri}?{option}", uri=True, timeout=BUSY_S, isolation_level=None)
+        connection = sqlite3.connect(f"{uri}?{option}", uri=True, timeout=WRITER_WAIT_S, isolation_level=None)
         try:
             check_version(connection)
             if connection.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]:

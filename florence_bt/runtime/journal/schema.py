@@ -85,7 +85,7 @@ _UNREACHABLE = frozenset(
         sqlite3.SQLITE_READONLY,
     }
 )
-"""What SQLite reports of a disk or a lock; the file may be whole (https://www.sqlite.org/rescode.html)."""
+"""Reports of SQLite about a disk or a lock; the file may be whole (https://www.sqlite.org/rescode.html)."""
 
 
 class JournalBroken(ConfigError):

@@ -57,7 +57,7 @@ class RunUpdate:
 
     @property
     def final(self) -> bool:
-        """Whether the run is over."""
+        """Tell whether the run is over."""
         return RunStatus(self.values[0]) in FINAL
 
 

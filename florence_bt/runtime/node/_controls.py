@@ -1,4 +1,4 @@
-"""What changes the course of things: stop, pause, resume, reload, and the manual override of the document."""
+"""Services that change the course of runs: stop, pause, resume, reload, and the manual override."""
 
 from __future__ import annotations
 

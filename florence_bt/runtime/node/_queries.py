@@ -1,4 +1,4 @@
-"""What can be asked: the status of runs, which missions there are, and what is wrong with one."""
+"""Services that answer questions: the status of runs, which missions there are, what is wrong with one."""
 
 from __future__ import annotations
 

@@ -57,10 +57,11 @@ class MissionNodeParameters(CheckedParameters):
 
 
 STOP_LIMIT_S = 30.0
-"""How long a run may take to end when the node is deactivated, clean-ups included; steady time."""
+"""Limit for a run to end when the node is deactivated, clean-ups included; steady time."""
 STOP_LOOK_S = 0.05
+"""Period of looking whether it has. Chosen."""
 INACTIVE = "lifecycle"
-"""What blocks triggers while the node is not active."""
+"""Name of the block of triggers while the node is not active."""
 
 
 class MissionNode(FlorenceNode):

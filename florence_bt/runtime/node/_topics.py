@@ -1,4 +1,4 @@
-"""What the mission server publishes, latched: the tree as text and as nodes, and the state of the runs."""
+"""Topics of the mission server, latched: the tree as text and as nodes, and the state of the runs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What follows when the process died on its runs: the robot is made safe, then each mission's policy counts.
+"""Recovery after the process died on its runs: the robot is made safe, then each mission's policy counts.
 
 ``abort`` gives the run up, ``restart`` starts the mission again, ``resume`` goes on where the journal ends.
 Nothing is started while it is not certain that the robot stands still, nor before everything has booted, nor
@@ -37,15 +37,15 @@ from florence_bt.runtime.run import MissionRequest, MissionRun, RunStatus, Trigg
 MakeSafe = Callable[[], SkillRun]
 """Brings the robot to a stand and cancels what older processes asked of it; succeeds when it stands."""
 SAFE_LIMIT_S = 20.0
-"""How long making the robot safe may take."""
+"""Limit for making the robot safe."""
 BOOT_LIMIT_S = 60.0
-"""How long to wait for what is still booting before the runs are aborted, from the start on."""
+"""Limit of the wait for what is still booting before the runs are aborted, from the start on."""
 BOOT_PERIOD_S = 0.25
-"""How often to look for it."""
+"""Period of looking for it."""
 MAX_REPLAYED = 30_000
 """The most events of a run that is replayed: 2 s on two ordinary cores, without an answer to anybody."""
 FRESH_S = 60.0
-"""How old the last entry of the journal may be for its runs to be recovered."""
+"""Largest age of the last entry of the journal with which its runs are recovered."""
 MAX_IN_A_ROW = 3
 """A run that was recovered this often is given up: perhaps it is what kills the process."""
 CRASHED = "crashed"

@@ -11,9 +11,9 @@ from florence_bt.runtime.journal import JournaledEvent
 TICKED = frozenset(
     kind.value for kind in (EventKind.NODE, EventKind.SKILL_STARTED, EventKind.SKILL_ENDED, EventKind.HELD)
 )
-"""What a tick brings about."""
+"""Events that a tick brings about."""
 COMPARED = frozenset({EventKind.NODE.value, EventKind.SKILL_STARTED.value})
-"""What a mission does by itself: a replay must do the same."""
+"""Events that a mission causes by itself: a replay must do the same."""
 FROM_OUTSIDE = frozenset(
     {
         EventKind.PAUSED.value,
@@ -24,7 +24,7 @@ FROM_OUTSIDE = frozenset(
         EventKind.ENDED.value,
     }
 )
-"""What happens between two ticks, and begins a moment of its own."""
+"""Events between two ticks, each of which begins a moment of its own."""
 BEGINNING = frozenset({EventKind.QUEUED.value, EventKind.STARTED.value})
 
 

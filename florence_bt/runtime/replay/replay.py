@@ -33,9 +33,9 @@ from florence_bt.trees.language.loader import MissionLibrary
 T = TypeVar("T")
 
 ROUNDING_S = 1e-9
-"""How much earlier timers fire for each moment: a sum of durations may lie behind the moment that it is."""
+"""Advance of timers for each moment: a sum of durations may lie behind the moment that it is."""
 EARLY_S = ((0.0, 0.0), (0.0, ROUNDING_S), (0.002, ROUNDING_S), (0.02, ROUNDING_S))
-"""How much early the timers of a replay fire, and how much more after each moment; tried in this order."""
+"""Advances of the timers of a replay, at first and more after each moment; tried in this order."""
 
 
 class ReplayDiverged(FlorenceError):

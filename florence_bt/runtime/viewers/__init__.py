@@ -1,1 +1,1 @@
-"""What viewers of a running tree are sent: snapshots, keys, statistics. No ROS in here."""
+"""Data for viewers of a running tree: snapshots, keys, statistics. No ROS in here."""

@@ -21,7 +21,7 @@ from florence_bt.trees.language.node_kind import KnownKinds
 
 READ, WRITE = "r", "w"
 UNSET = "-"
-"""What is shown for a key that has no value."""
+"""Text for a key that has no value."""
 
 
 @dataclass(frozen=True)

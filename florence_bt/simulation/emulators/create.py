@@ -17,6 +17,7 @@ from florence_bt.simulation.sensors.base_noise import BasePlant, BaseSensors
 
 BAUD_RATES = (300, 600, 1200, 2400, 4800, 9600, 14400, 19200, 28800, 38400, 57600, 115200)
 FULL_DUTY = 128
+"""Codes of Baud, by their places, and the duty of a driver that is wholly on. Source: REFERENCE 1.3."""
 
 Handler = Callable[[bytes, float], None]
 
@@ -368,7 +369,7 @@ class CreateEmulator:
 
 
 BOOT_S = 3.0
-"""How long it runs after a reset: input is ignored and the digital outputs are high."""
+"""Time of its start after a reset: input is ignored and the digital outputs are high."""
 
 
 class BootLoader:
@@ -416,10 +417,10 @@ class BootLoader:
 STREAM_PERIOD_S = 0.015
 """Source: REFERENCE 1.6."""
 LONGEST_STREAM_BODY = 255
-"""What the length byte can say; what finds no room is left out."""
+"""Largest number in the length byte; packets that find no room are left out."""
 
 TIME_TOLERANCE_S = 1e-9
-"""What added-up floating point times may be off."""
+"""Error of added-up floating point times."""
 
 STREAM_HEADER = 19
 """The first byte of a frame. Source: REFERENCE 1.6."""
@@ -509,6 +510,7 @@ COVER, COVER_AND_DOCK, SPOT = 0, 1, 2
 
 COVER_MMPS, TURN_MMPS = 300, 150
 BACK_S, TURN_S = 0.5, 1.5
+"""Speeds of Cover, and the times of its turn away from what it has hit; chosen, the manual has none."""
 
 
 def wheels_on_arc(velocity: int, radius: int, separation_mm: float) -> tuple[int, int]:

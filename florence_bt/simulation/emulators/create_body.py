@@ -19,6 +19,7 @@ LIGHT_BUMP_THRESHOLD = 100
 ENCODER_ROUND = 65536
 """The encoders count in 16 bits."""
 MOTOR_MA_PER_MMPS = 0.6
+"""Current of a wheel's motor by its speed. Chosen."""
 
 
 def clamp(value: int, limit: int) -> int:
@@ -274,6 +275,7 @@ NOT_CHARGING, RECONDITIONING, FULL_CHARGING, TRICKLE, WAITING, FAULT = range(6)
 """The values of packet 21 (REFERENCE 1.5)."""
 
 CAPACITY_MAH = 2700.0
+"""Packet 26, of a whole battery."""
 IDLE_MA, MOTORS_MA = 250.0, 600.0
 CHARGER_MA, TRICKLE_MA, RECONDITIONING_MA = 1250.0, 60.0, 200.0
 EMPTY_MV, FULL_MV, CHARGING_LIFT_MV = 13200.0, 16400.0, 600.0

@@ -6,7 +6,7 @@ import struct
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-COUNTED, SONG = -1, -2
+WITH_COUNT, WITH_PAIRS = -1, -2
 """Commands that carry their length: a count and as many bytes; a number, a count and as many pairs."""
 
 _BOTH: dict[int, int] = (
@@ -14,15 +14,15 @@ _BOTH: dict[int, int] = (
     | dict.fromkeys((129, 138, 141, 142, 150), 1)
     | dict.fromkeys((139, 144), 3)
     | dict.fromkeys((137, 145), 4)
-    | dict.fromkeys((148, 149), COUNTED)
-    | {140: SONG}
+    | dict.fromkeys((148, 149), WITH_COUNT)
+    | {140: WITH_PAIRS}
 )
 _CREATE_COMMANDS = (
     _BOTH
     | dict.fromkeys((153, 154), 0)
     | dict.fromkeys((136, 147, 151, 155, 158), 1)
     | dict.fromkeys((156, 157), 2)
-    | {152: COUNTED}
+    | {152: WITH_COUNT}
 )
 _CREATE_2_COMMANDS = (
     _BOTH | dict.fromkeys((133, 136, 173), 0) | {146: 4, 162: 2, 163: 4, 164: 4, 165: 1, 167: 15, 168: 3}
@@ -112,6 +112,7 @@ _UNSIGNED_BYTES = (*range(7, 19), 21, 32, 34, 35, 36, 37, 38, 45, 52, 53, 58)
 _SIGNED_BYTES = (24,)
 _UNSIGNED_WORDS = (22, *range(25, 32), 33, 43, 44, *range(46, 52))
 _SIGNED_WORDS = (19, 20, 23, *range(39, 43), *range(54, 58))
+"""Packets by the type of their number. Source: REFERENCE 1.5."""
 
 FORMATS: dict[int, struct.Struct] = {
     number: struct.Struct(layout)
@@ -123,7 +124,7 @@ FORMATS: dict[int, struct.Struct] = {
     )
     for number in numbers
 }
-"""How each packet's number is packed: high byte first."""
+"""Packing of each packet's number: high byte first."""
 
 
 def packets_of(number: int, model: EmulatedModel) -> range | None:

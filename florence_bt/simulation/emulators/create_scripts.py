@@ -1,11 +1,11 @@
-"""Where a command ends and the next begins, and the scripts and waits of a Create (REFERENCE 1.3, 1.4)."""
+"""Bounds of a Create's commands, and its scripts and waits (REFERENCE 1.3, 1.4)."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
 from florence_bt.simulation.emulators.create_body import Body
-from florence_bt.simulation.emulators.create_models import COUNTED, SONG
+from florence_bt.simulation.emulators.create_models import WITH_COUNT, WITH_PAIRS
 
 
 class CommandReader:
@@ -67,9 +67,9 @@ class CommandReader:
     def _length(self) -> int | None:
         """Return how long the first command is with its opcode; None while its count is not there."""
         arguments = self._commands[self._input[0]]
-        if arguments == COUNTED:
+        if arguments == WITH_COUNT:
             return 2 + self._input[1] if len(self._input) > 1 else None
-        if arguments == SONG:
+        if arguments == WITH_PAIRS:
             return 3 + 2 * self._input[2] if len(self._input) > 2 else None
         return 1 + arguments
 

@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 from florence_bt.core.socket_paths import short_path
 
 DEPTH, VIDEO = 1, 2
+"""Kinds of frames on the socket, a bit each."""
 ALL_KINDS = DEPTH | VIDEO
 SEND_BUFFER = 1 << 20
 

@@ -28,6 +28,7 @@ COUNTS_PER_G = 819
 STOPPED, AT_LIMIT, MOVING = 0, 1, 4
 """States of the motor. Source: REFERENCE 5.5."""
 UNKNOWN_ANGLE = -128
+"""Half degrees told while the motor moves; REFERENCE 5.5 has it unverified."""
 
 
 @dataclass(slots=True)

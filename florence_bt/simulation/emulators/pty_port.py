@@ -15,6 +15,7 @@ from pathlib import Path
 from florence_bt.core.errors import DeviceLost
 
 PTY_READ_SIZE = 4096
+"""Bytes taken at once. Chosen."""
 _SPEEDS = {
     getattr(termios, f"B{rate}"): rate
     for rate in (300, 600, 1200, 2400, 4800, 9600, 19200, 38400, 57600, 115200, 230400)

@@ -612,6 +612,7 @@ def with_intensities(values: NDArray[np.int32], minimum_mm: int) -> NDArray[np.i
 DATA_LINE = 64
 """Characters of a line of data. Source: REFERENCE 4.3."""
 SECOND_ECHO_MM = 500
+"""Distance of a second echo behind the first. Chosen."""
 
 
 def summed(line: str) -> str:

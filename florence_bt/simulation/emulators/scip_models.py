@@ -1,4 +1,4 @@
-"""What the emulated scanner is and what can go wrong with it, and how it reads a measurement command."""
+"""Models of scanners for the emulator, their faults, and the reading of a measurement command."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where the simulated hardware sits on the robot, and where its ports appear. Light: no physics is loaded."""
+"""Places of the simulated hardware on the robot, and of its ports. Light: no physics is loaded."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a person looks like to the sensors: a body of simple solids, with what is pushed, sat in or carried.
+"""The body of a person for the sensors: simple solids, with what is pushed, sat in or carried.
 
 Measures are those of an adult of 1.72 m; lengths grow with the height, a child's breadth with it too. Bodies
 are stiff: somebody who walks glides.
@@ -20,8 +20,10 @@ _STOOL: Colour = (120, 90, 60)
 _LOAD: Colour = (150, 112, 70)
 _BLANKET: Colour = (226, 222, 210)
 _METAL: Colour = (70, 74, 82)
+"""Colours. Chosen."""
 
 WHEELCHAIR_SEAT_M = 0.5
+"""Height of its seat. Chosen."""
 
 Point = tuple[float, float, float]
 

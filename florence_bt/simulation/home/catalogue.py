@@ -1,4 +1,4 @@
-"""What stands in generated homes: ``maps/furniture.yaml``, checked."""
+"""Furniture of generated homes: ``maps/furniture.yaml``, checked."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How politely the robot stands before a person: judged on the truth, for demos, trials and tests."""
+"""Politeness of the robot's place before a person: judged on the truth, for demos, trials and tests."""
 
 from __future__ import annotations
 

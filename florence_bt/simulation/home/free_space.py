@@ -20,13 +20,13 @@ Point = tuple[float, float]
 BoolGrid = NDArray[np.bool_]
 
 ROBOT_HEIGHT_M = 1.0
-"""What hangs above cannot be touched by the robot."""
+"""Height above which the robot touches nothing."""
 
 _RESOLUTION_M = 0.05
 _SAMPLES = 5
 """A cell's coverage is measured at this many points squared."""
 _IN_CELL = (np.arange(_SAMPLES) + 0.5) / _SAMPLES
-"""Where they lie, in cells."""
+"""Their places, in cells."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -285,6 +285,7 @@ def _graph(free: BoolGrid) -> scipy.sparse.csr_array:
 
 
 _EYE_HEIGHT_M = 0.95
+"""Height above the floor of solids that hide what is behind them. Chosen."""
 
 
 @functools.lru_cache(maxsize=8)

@@ -28,6 +28,7 @@ _LARGE_M2, _SMALL_M2 = 22.0, 13.0
 """Larger rooms are cut in two, smaller ones are not, others by chance."""
 
 _HALL_CHANCE, _SECOND_DOOR_CHANCE, _BARE_GAP_CHANCE, _CLOSED_CHANCE = 0.75, 0.2, 0.15, 0.12
+"""Chances of a hall, of a second door, of a gap without a door, of a door that is closed. Chosen."""
 _NAMES = ("living_room", "bedroom", "kitchen", "guest_room", "study", "bedroom_2", "study_2", "guest_room_2")
 """The largest first; the smallest room is the bathroom."""
 

@@ -18,6 +18,7 @@ from florence_bt.simulation.home.flat import Flat, FlatHotspot, Room, Solid
 from florence_bt.skills.navigation.map_server.map_file import load_map
 
 WALL_HEIGHT_M = 2.0
+"""Of the walls of a map, which has no heights. Chosen."""
 _WALL, _FLOOR = (214, 208, 196), (150, 140, 128)
 _EDGE = np.ones((3, 3), bool)
 

@@ -26,13 +26,16 @@ WHEEL_RADIUS_M = 0.033
 """Source of both: REFERENCE 2.9."""
 
 BASE_RADIUS_M = 0.168
+"""Of the bumper's cylinder. Chosen."""
 BASE_GEOM = "base"
 """The bumper's cylinder."""
 
 TIMESTEP_S = 0.004
+"""Of the physics. Chosen."""
 
 _FLOOR_CONTACT = 1
 _BODY_CONTACT = 2
+"""Bits of MuJoCo's ``contype`` and ``conaffinity``: what touches the floor, and what touches bodies."""
 
 _PLATES = ((0.085, 0.155), (0.142, 0.155), (0.199, 0.155), (0.45, 0.15), (0.93, 0.13))
 """(height, radius) of the plates in metres; the upper ones carry the camera and the screen."""

@@ -27,7 +27,7 @@ _LEGS_RADIUS_M = 0.15
 """The robot's base must get past these; with the robot's radius it stays below the approach's distance."""
 
 _SIGHT_M = (1.1, 3.9)
-"""How far from the room's hotspot a person may be: the chest and the legs are then in the Kinect's view."""
+"""Distances of a person from the room's hotspot: the chest and the legs are then in the Kinect's view."""
 
 _DOOR_M = 0.8
 """A person does not stand this close to the middle of a door."""
@@ -36,6 +36,7 @@ _START_M = 0.8
 """Nor this close to where the robot starts."""
 
 _TRIES = 2000
+"""Poses that are tried for a person. Chosen."""
 
 
 def place_person(

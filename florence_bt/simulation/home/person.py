@@ -25,6 +25,7 @@ BODY_RADIUS_M = 0.25
 """No part of a person who stands, walks or sits on a stool reaches further from the middle."""
 
 TROUSERS: Colour = (44, 58, 92)
+"""Of somebody whose colours are not said. Chosen."""
 
 
 @dataclass(frozen=True, slots=True)

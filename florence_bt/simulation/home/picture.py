@@ -32,9 +32,10 @@ _CHANGES = (
     (FREE, (0.25, 0.75, 0.35, 1.0), "now free"),
     (UNKNOWN, (0.4, 0.5, 0.95, 1.0), "now unknown"),
 )
-"""What a changed cell has become, its colour, and words for it."""
+"""Changes of a cell, with their colours and words."""
 _ROBOT_RADIUS_M = 0.17
 _LOOK_REACH_M = 1.1
+"""Of the robot and of a look in the picture. Chosen."""
 _LOOK_HALF_ANGLE_RAD = math.radians(31.3)
 """Half of the Kinect's field of view. Source: REFERENCE 5.2 (f = 525)."""
 

@@ -40,30 +40,31 @@ _LED_SPEEDS, _CROSSING_SPEEDS = (0.25, 0.45), (0.3, 0.6)
 """m/s; the robot drives 0.45 m/s at most."""
 
 _LED_FROM_M, _LED_AFTER_S = 1.2, 5.0
-"""How far the robot stands from who leads it, and when they set off: 3 s after a rig has
-settled."""
+"""Distance of the robot from who leads it, and the time when they set off: 3 s after a rig has settled."""
 
 _LED_TRIES, _LEG_TRIES = 10, 12
 """Beginnings of a walk that are tried, and places to go on to."""
 
 _TURN_M, _BEHIND_M, _PAST_M, _ROUND_M = 0.45, 1.0, 0.7, 2.0
-"""Who leads turns round where so much is free, if possible such that they get past a robot that is so far
+"""Free distance at which who leads turns round, if possible such that they get past a robot that is so far
 behind, at this distance, without walking this much further."""
 
 _ERRAND_S = 2.0, 6.0
-"""How long somebody who leads the robot stands in each room that they go to."""
+"""Time that somebody who leads the robot stands in each room that they go to."""
 
 _CROSSING_M, _CLEAR_OF_START_M = (0.5, 1.5), 2.0
-"""How far to each side of the way somebody crosses it, and how far from where the walk begins."""
+"""Distance to each side of the way at which somebody crosses it, and from the place where the walk begins."""
 
 _PAUSE_S = 5.0, 20.0
-"""How long somebody who walks there and back stays at each end."""
+"""Time that somebody who walks there and back stays at each end."""
 
 _APART_M = 2.0
 """People of a company are as far apart at first: two who lie do not touch."""
 
 _CHILD_CHANCE, _BED_CHANCE = 0.2, 0.65
+"""Chances that somebody is a child, and that who lies does so on a bed where there is one. Chosen."""
 _TRIES = 300
+"""Draws until something fits the home. Chosen."""
 
 DECOYS = (
     "yucca",

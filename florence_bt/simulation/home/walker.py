@@ -1,4 +1,4 @@
-"""How a walking person of the simulated flat gets along: on a route, and round whoever is in the way."""
+"""A walking person of the simulated flat: on a route, and round whoever is in the way."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ _RESERVE_M = 0.05
 space."""
 
 _SIGHT_M, _BEYOND_M, _SPACING_M = 0.5, 4.0, 0.1
-"""How far along the route a person looks for somebody in the way and beyond them for a place, in what
-steps."""
+"""Distances along the route in which a person looks for somebody in the way, and beyond them for a place, and
+the steps of that look."""
 
 _RIGHT_M = 0.15
 """So much room more is needed to pass somebody on the left: two people who meet go different ways."""

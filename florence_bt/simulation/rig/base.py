@@ -16,11 +16,12 @@ from florence_bt.drivers.turtlebot.driver import STREAM_PERIOD_S, BaseReading, T
 from florence_bt.drivers.turtlebot.driving import BaseDriving
 from florence_bt.drivers.turtlebot.override_file import OverrideFile
 from florence_bt.drivers.turtlebot.parameters import TurtlebotNodeParameters, TurtlebotParameters
+from florence_bt.simulation.emulators.create_body import CAPACITY_MAH
 from florence_bt.simulation.home.world import SimulatedWorld
 from florence_bt.simulation.sensors.base_noise import BaseNoiseParameters, BaseSensors
 
-CAPACITY_MAH, VOLTAGE_MV, CURRENT_MA, TEMPERATURE_C = 2702, 16_000, -600, 25
-"""Of the battery: that of a Create that drives (REFERENCE 1.4)."""
+VOLTAGE_MV, CURRENT_MA, TEMPERATURE_C = 16_000, -600, 25
+"""Of the battery while the base drives (packets 22 to 24, REFERENCE 1.5). Chosen."""
 
 
 class SimulatedBase:
@@ -74,7 +75,7 @@ class SimulatedBase:
             current=CURRENT_MA,
             temperature=TEMPERATURE_C,
             charge=round(self.charge_fraction * CAPACITY_MAH),
-            capacity=CAPACITY_MAH,
+            capacity=round(CAPACITY_MAH),
             user_digital_outputs=self._driver.digital_outputs,
             user_analog_input=self._sensors.gyro_adc(),
             oi_mode=self._driver.wanted_mode,

@@ -1,4 +1,4 @@
-"""What the network for people would say of a picture of the rig, drawn from how well it does, without it.
+"""Answers of the network for people to a picture of the rig, drawn from how well it does, without it.
 
 A mode for large numbers of runs. Which pixels of the picture show a person is known in a simulation; whether
 the network would notice them is drawn, by what they do, how far they are and how much of them nothing hides,
@@ -52,13 +52,14 @@ WRONG_POSTURE = 0.01
 """docs/notes/people.md."""
 MISTAKEN_M = 0.3
 """Half the breadth of what is taken for a person."""
-NEAREST_M, FARTHEST_M = 0.6, 4.3
+_NEAREST_M, _FARTHEST_M = 0.6, 4.3
+"""Distances of what is taken for a person. Chosen: about the range of the Kinect (REFERENCE 5.2)."""
 _NORMAL = NormalDist()
 
 
 @dataclass(frozen=True, slots=True)
 class Shares:
-    """How well people are found.
+    """Rates at which people are found.
 
     Attributes:
         found: Kind -> shape (shown, distances, 2): people, and how many of them were found.
@@ -116,7 +117,7 @@ def posture_of(spec: PersonSpec) -> int:
 
 @dataclass(slots=True)
 class _Drawn:
-    """What was drawn for a person, or for nobody, in a view.
+    """The draw for a person, or for nobody, in a view.
 
     Attributes:
         camera: From where.
@@ -231,7 +232,8 @@ class DrawnPeople:
             return
         points = answers.pixels.points[::STRIDE, ::STRIDE]
         away = np.hypot(points[..., 0], points[..., 1])
-        possible = (away > NEAREST_M) & (away < FARTHEST_M) & (points[..., 2] > 0.3) & (answers.person == 0.0)
+        in_range = (away > _NEAREST_M) & (away < _FARTHEST_M)
+        possible = in_range & (points[..., 2] > 0.3) & (answers.person == 0.0)
         if taken and possible.any():
             row, column = self._chance.choice(np.argwhere(possible))
             drawn.place = robot.apply(*points[row, column, :2].tolist())

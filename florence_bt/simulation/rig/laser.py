@@ -27,6 +27,7 @@ from florence_bt.skills.navigation.navigate.navigation import VELOCITY
 IDLE_SCAN_PERIOD_S = 0.5
 """While the robot stands and drives nowhere, scans are as rare as those that navigation takes then."""
 SETTLED_S = 0.5
+"""After so long without motion the robot stands. Chosen."""
 COMMANDED_S = 0.5
 """So long after a velocity command the robot counts as driven, whether it moves or not."""
 SENSOR = Sensor({"SERI": "rig"}, {"MODL": "URG-04LX"}, URG_04LX, {})

@@ -201,7 +201,7 @@ class Rig:
 
     @property
     def pose(self) -> Pose2:
-        """Where the robot believes to be, or believed before it was lost; base_footprint in the map frame."""
+        """Return where the robot believes to be, or last did; base_footprint in the map frame."""
         try:
             return self._frames.buffer.lookup_pose(MAP_FRAME, BASE_FRAME)
         except TransformUnavailable:

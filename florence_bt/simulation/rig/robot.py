@@ -32,7 +32,7 @@ T = TypeVar("T")
 
 @dataclass(frozen=True, slots=True)
 class SensorQuality:
-    """How good the sensors are; by default as those of the robot.
+    """Quality of the sensors; by default as those of the robot.
 
     Attributes:
         base: Odometry and gyro.
@@ -112,6 +112,6 @@ class RigRobot:
 
     @property
     def odometry(self) -> Odometry:
-        """Where the base believes to be since the start."""
+        """Return where the base believes to be since the start."""
         reading = self.base.reading
         return Odometry(self._clock.now(), Pose2()) if reading is None else reading.odometry

@@ -30,7 +30,7 @@ TRANSFORMS = "/tf"
 
 @dataclass(frozen=True, slots=True)
 class Link:
-    """How well a topic is carried.
+    """Quality of a topic's link.
 
     Attributes:
         delay: Seconds until a value is there.
@@ -59,7 +59,7 @@ class RigTopic:
 
     @property
     def listeners(self) -> int:
-        """How many listen."""
+        """Count the listeners."""
         return len(self._subscribers)
 
     def subscribe(self, callback: Callable[[Any], None]) -> None:
@@ -112,7 +112,7 @@ class ExclusiveComponent:
 
     @property
     def active(self) -> bool:
-        """Whether a run is served."""
+        """Tell whether a run is served."""
         return self._run is not None
 
     def begin(self, feedback: str, on_cancel: Callable[[], None]) -> ComponentRun:
@@ -146,7 +146,7 @@ class WiredAction:
 
     @property
     def active(self) -> bool:
-        """Whether a goal is being worked on."""
+        """Tell whether a goal is being worked on."""
         return self._component.active
 
     def start(
@@ -231,7 +231,7 @@ def _as_pose(pose: Pose2) -> SimpleNamespace:
 
 
 class _Wire:
-    """What listens to a topic until it is closed."""
+    """A listener to a topic, until it is closed."""
 
     def __init__(self, topic: RigTopic, receive: Callable[[Any], None]) -> None:
         self._topic, self._receive = topic, receive
@@ -269,7 +269,7 @@ class _WiredOutput(Generic[T]):
 
     @property
     def listeners(self) -> int:
-        """How many listen."""
+        """Count the listeners."""
         return self._carried.listeners
 
     def send(self, value: T) -> None:

@@ -18,7 +18,7 @@ from florence_bt.simulation.sensors.scene import BOX, CYLINDER, PLANE, SPHERE, L
 Depths = NDArray[np.float32]
 
 NEAR_M = 0.05
-"""What is nearer than this to a camera is not drawn."""
+"""Distance from a camera below which nothing is drawn."""
 
 
 @numba.njit(cache=True, error_model="numpy")

@@ -1,4 +1,4 @@
-"""Where one ray meets one shape, compiled; the other kernels build on it."""
+"""Intersections of one ray with one shape, compiled; the other kernels build on them."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ Floats = NDArray[np.float64]
 Vector = tuple[float, float, float]
 
 _TINY = 1e-12
+"""A direction or a size below it is none."""
 
 
 @numba.njit(cache=True, error_model="numpy")

@@ -1,4 +1,4 @@
-"""What becomes of rays that meet glass or a mirror, compiled.
+"""Rays that meet glass or a mirror, compiled.
 
 Glass lets light through, unless it is met almost at a right angle: then enough comes back to the sensor. A
 mirror sends light on, so that the sensor measures the way to whatever it shows, as far as that is: a place
@@ -21,6 +21,7 @@ _GLASS = 1
 """``scene.SURFACES``; what is neither plain nor glass is a mirror."""
 
 _MOST_SURFACES = 6
+"""Panes and mirrors that a ray meets. Chosen."""
 _STRAIGHT = math.cos(math.radians(8.0))
 """A ray this straight is sent back by glass (our guess: a scanner sees a pane only where it looks at it
 squarely)."""
@@ -30,7 +31,7 @@ _LASER_M, _KINECT_M = 0.025, 0.03
 sensor. The rest of the robot it does not show."""
 
 _BEYOND_M = 1e-6
-"""Where a ray goes on: inside of the pane, whose surface is met from outside only."""
+"""Distance after which a ray goes on: inside of the pane, whose surface is met from outside only."""
 
 
 @numba.njit(cache=True, error_model="numpy")

@@ -1,4 +1,4 @@
-"""What a Create's own sensors make of the true motion: slip, calibration errors, residues and the gyro.
+"""Errors of a Create's own sensors: slip, calibration errors, residues and the gyro, on the true motion.
 
 The emulator sends these numbers as bytes; the in-process rig hands them on directly, with the same noise.
 """

@@ -175,4 +175,4 @@ class KinectSensor:
 _POOL = 4
 """Images' worth of random numbers that are drawn beforehand."""
 _SIGHT_M = 12.0
-"""How far the colour image reaches: across the flat."""
+"""Reach of the colour image: across the flat."""

@@ -1,4 +1,4 @@
-"""What a depth picture shows of people: the truth of those pixels that the network for people answers for."""
+"""People in a depth picture: the truth of those pixels that the network for people answers for."""
 
 from __future__ import annotations
 

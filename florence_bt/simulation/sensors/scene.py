@@ -10,11 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 PLANE, SPHERE, CYLINDER, BOX = 0, 1, 2, 3
-"""What a shape is. A plane is infinite, with its z axis up."""
+"""Kinds of shapes. A plane is infinite, with its z axis up."""
 
 Surface = Literal["plain", "glass", "mirror"]
 SURFACES: dict[Surface, int] = {"plain": 0, "glass": 1, "mirror": 2}
-"""What light does at a shape: it comes back, goes through, or is reflected (:mod:`_surface_kernels`)."""
+"""Surfaces, by what light does at them: it comes back, goes through, or is reflected
+(:mod:`_surface_kernels`)."""
 
 
 class Shapes(NamedTuple):

@@ -1,4 +1,4 @@
-"""How the skills of the base, beside driving, are served."""
+"""Bindings of the skills of the base beside driving."""
 
 from __future__ import annotations
 

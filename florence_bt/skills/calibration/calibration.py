@@ -70,7 +70,7 @@ class CalibrationParameters(CheckedParameters):
 
 NO_WALL, NO_SENSOR, NO_TURN, BAD_TURN = "no_wall", "no_sensor", "no_turn", "bad_turn"
 STEP_PERIOD_S = 0.05
-"""How often to call :meth:`Calibration.step` (REFERENCE 3.3, step 2a: 20 Hz)."""
+"""Period of calling :meth:`Calibration.step` (REFERENCE 3.3, step 2a: 20 Hz)."""
 NEW_SCAN_S = 0.5
 """An older scan says nothing about where the robot looks now: it turns on with the next one."""
 ALIGN_GAIN, SLOWEST_RADPS = 0.5, 0.05
@@ -78,12 +78,12 @@ ALIGN_GAIN, SLOWEST_RADPS = 0.5, 0.05
 CLOSE = 0.5
 """Radians: where the odometry puts the wall it is to be found within this."""
 TRIES = 5
-"""How often the robot turns back to a wall that it stopped at and then does not see."""
+"""Times that the robot turns back to a wall that it stopped at and then does not see."""
 LARGEST_ERROR = math.pi / 2
 """A source further from a whole turn than this is broken: beyond half a turn the sum is ambiguous. Nor is the
 wall looked for further away."""
 SWEEPS = 5.0
-"""How far the robot turns to find the wall again, in largest errors: to one side, to the other, and back."""
+"""Turn of the robot to find the wall again, in largest errors: to one side, to the other, and back."""
 
 
 class State(enum.Enum):

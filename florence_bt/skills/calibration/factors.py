@@ -1,4 +1,4 @@
-"""What the sensors reported during a calibration, and the factors that follow from it (REFERENCE 3.3)."""
+"""Reports of the sensors during a calibration, and the factors that follow from them (REFERENCE 3.3)."""
 
 from __future__ import annotations
 

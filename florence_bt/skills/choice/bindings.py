@@ -1,4 +1,4 @@
-"""How it is decided what missions leave to chance."""
+"""Bindings of what missions leave to chance."""
 
 from __future__ import annotations
 

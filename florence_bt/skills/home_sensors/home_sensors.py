@@ -17,13 +17,13 @@ from florence_bt.core.errors import FlorenceError, closest_first
 from florence_bt.skills.home_sensors.settings import HomeSensor, SensorKind
 
 HOLD_S = 60.0
-"""How long a device that was operated counts: as long as motion detectors show motion."""
+"""Time for which a device that was operated counts: as long as motion detectors show motion."""
 PRESS_S = 5.0
-"""How old the report of a button may be for a press: what the broker had kept is none."""
+"""Largest age of a button's report for a press: one that the broker had kept is none."""
 SENSOR_AHEAD_S = 5.0
-"""How far ahead of ours the clock of a sensor may be."""
+"""Lead that the clock of a sensor may have over ours."""
 CONTRADICTION_S = 120.0
-"""How long motion in two rooms may last before it is reported: longer than motion detectors show it."""
+"""Time of motion in two rooms before it is reported: longer than motion detectors show it."""
 
 
 class BadReport(FlorenceError):
@@ -69,11 +69,11 @@ class _State:
     active: bool | None = None
     last_report: float | None = None
     began: float | None = None
-    """When it was last switched on or operated."""
+    """Time when it was last switched on or operated."""
     counts_from: float | None = None
     """The same, or when it took over."""
     ended: float | None = None
-    """When motion ended, if it has."""
+    """Time when motion ended, if it has."""
     late: int = 0
     """Reports that came too late to be used."""
 

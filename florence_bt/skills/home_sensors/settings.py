@@ -20,7 +20,7 @@ from florence_bt.skills.locator.hotspots import Hotspots
 
 ON = frozenset({"true", "on", "1", "yes", "open", "motion", "detected", "occupied"})
 OFF = frozenset({"false", "off", "0", "no", "closed", "clear", "none", ""})
-"""What a report says when the file does not say otherwise; upper and lower case are the same."""
+"""Reports that mean on, and off, where the file says nothing else; in capitals or not."""
 STALE_AFTER_S, STUCK_AFTER_S = 3600.0, 1800.0
 PORT, TLS_PORT = 1883, 8883
 """Registered by IANA for MQTT, and for MQTT over TLS."""

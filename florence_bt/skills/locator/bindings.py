@@ -1,4 +1,4 @@
-"""How the skills of the locator are served."""
+"""Bindings of the skills of the locator."""
 
 from __future__ import annotations
 

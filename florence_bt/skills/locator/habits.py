@@ -1,4 +1,4 @@
-"""Where the user usually is at which time of day: counted, and kept in a small file."""
+"""Habits of the user: usual places by time of day, counted, and kept in a small file."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class RoomHabits:
         self._hour: tuple[int, ...] = ()
         self._seen_this_hour: set[str] = set()
         self.unsaved = False
-        """Whether something was counted since the last :meth:`save`."""
+        """Something was counted since the last :meth:`save`."""
 
     def saw(self, room: str, at: float) -> None:
         """Note that the user was seen in a room.

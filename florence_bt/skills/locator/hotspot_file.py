@@ -31,7 +31,7 @@ from florence_bt.core.zones import Zone
 from florence_bt.skills.locator.hotspots import Hotspot, Hotspots, Places, parse_places, read_item
 
 Edit = tuple[int, int, str]
-"""Where a text begins and ends, and what comes in its place."""
+"""Beginning and end of a text, and the text that comes in its place."""
 
 _BY_HAND = "an edit by hand"
 _NEW_FILE = "# Rooms, objects and zones: docs/manual/places.md.\nhotspots:\n"

@@ -34,7 +34,7 @@ Before the first goal an actionlib client answers LOST: it has no goal that it c
 """
 
 MAX_AHEAD_S = 10.0
-"""How far ahead of the present time a sighting may be."""
+"""Time by which a sighting may be ahead of the present."""
 PERSON_SLACK_M = 1.0
 """So near to something that the map knows a person may be seen (chosen: on a sofa or a balcony that the laser
 of the map did not see, and by a sensor with an error)."""
@@ -43,7 +43,7 @@ MAX_HOTSPOTS = 1000
 
 
 INITIAL_ROOM, SET_ROOM, SET_POSITION = "initial_user_room", "setUserPosRoom", "setUserPosXYPhi"
-"""What located the user: the parameter and the services of the document's table 11."""
+"""Sources of the user's place: the parameter and the services of the document's table 11."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,15 +92,15 @@ class Locator:
         self._clock = clock
         self._last_seen: LastSeen | None = None
         self.robot: Pose2 | None = None
-        """Where the robot is, None while that is not known."""
+        """The robot's pose, None while that is not known."""
         self.goal: Pose2 | None = None
         """The most recent navigation goal, None before the first."""
         self.user: Pose2 | None = None
-        """Where the user was last known to be."""
+        """The last known pose of the user."""
         self.map: OccupancyGrid | None = None
         """The map, None while it is not known."""
         self.override = False
-        """Whether a person has taken the robot over."""
+        """A person has taken the robot over."""
         self._run_state = "IDLE"
         if initial_user_room:
             # Believed, not seen: whatever a sensor says, also of the time before the start, replaces it.

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from florence_bt.core.sensing import OccupancyGrid
 
 RANGE_M = 3.5
-"""How far people are found well. Source: REFERENCE 12.2 says 4 m; docs/manual/people.md."""
+"""Distance up to which people are found well. Source: REFERENCE 12.2 says 4 m; docs/manual/people.md."""
 BLIND_M = 0.6
 """A person nearer than this is not seen. Source: REFERENCE 12.2."""
 FREE_M = 0.32
@@ -27,7 +27,7 @@ ROOMY_M = 0.6
 """With less free around it, a view is worth less, in proportion: a chair that was moved, or a bag, may stand
 in a corner of which the map shows just enough, and the robot does not get in, or not out again."""
 WORTH_M2 = 0.6
-"""What a view must show that no view before it does: about what one person covers."""
+"""Floor that a view must show and no view before it does: about what one person covers."""
 MAX_VIEWS = 3
 """Of 36 people who were met in trials 34 were seen at the first view or on the way there, 2 at the second,
 and none at a later one; each takes about 25 s."""
@@ -36,14 +36,15 @@ STEP_M = 0.2
 MOST_POINTS, MOST_CANDIDATES = 400, 60
 """Points of the room, and places to look from, at most: the caller waits no longer than some 0.1 s."""
 VIEW_REACH_M = 10.0
-"""What is further from the hotspot, in x or y, is not looked at."""
+"""Distance from the hotspot, in x or y, up to which a view is looked for."""
 _RAY_STEP_M = 0.1
+"""Step along a line of sight. Chosen."""
 LOOKS, LOOK_STEP = 4, math.radians(45.0)
 """At a further view the robot looks so often, so far apart: where something is new there (``goto_user``)."""
 PICTURE = math.radians(57.0)
-"""How wide a picture is. Source: REFERENCE 8 (Kinect)."""
+"""Width of a picture. Source: REFERENCE 8 (Kinect)."""
 ARC = (LOOKS - 1) * LOOK_STEP + PICTURE
-"""What these looks show together, half of it to either side of the view."""
+"""Width of these looks together, half of it to either side of the view."""
 
 
 def views(hotspot: Pose2, in_room: Callable[[float, float], bool], grid: OccupancyGrid) -> Iterator[Pose2]:

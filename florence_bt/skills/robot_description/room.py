@@ -16,7 +16,7 @@ BLOCKED_XY_TOLERANCE_M = 0.12
 """So much before a goal is near enough when something stands there; chosen: two cells
 and what the localisation errs."""
 RUN_UPS_M = (0.35, 0.45, 0.25)
-"""How far before a goal without room to turn to line up, the best first; chosen."""
+"""Distances before a goal without room to turn in which to line up, the best first; chosen."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,1 +1,1 @@
-"""What the robot says to people and what they answer; programs that speak and listen are not part of it."""
+"""Sentences of the robot and people's answers; programs that speak and listen are not part of it."""

@@ -1,4 +1,4 @@
-"""How the skills that say something to people, and wait for their answer, are served."""
+"""Bindings of the skills that say something to people, and wait for their answer."""
 
 from __future__ import annotations
 

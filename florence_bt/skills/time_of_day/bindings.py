@@ -1,4 +1,4 @@
-"""How the skills of the time of day are served.
+"""Bindings of the skills of the time of day.
 
 ``wait_until: "22:00"`` is made of these skills. The moment is looked up once and stands in a key, and so in
 the journal: a mission that goes on after a restart waits for the same moment.
@@ -16,7 +16,7 @@ from florence_bt.core.serving import ClockBinding
 from florence_bt.core.skill import FinishedRun, Inputs, InstantSkill
 
 DATE_LOOK_S = 60.0
-"""How often to look whether the date was set, as by a computer that finds the network after its start.
+"""Period of looking whether the date was set, as by a computer that finds the network after its start.
 Chosen: who waits for a time of day is a minute late at most."""
 _TIME = re.compile(r"([01]?[0-9]|2[0-3]):([0-5][0-9])")
 

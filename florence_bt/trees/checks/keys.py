@@ -18,7 +18,7 @@ from florence_bt.trees.language.quantities import with_article
 from florence_bt.trees.language.values import fits
 
 _TIMES = ("now", "time", "hour", "date", "today", "weekday")
-"""What people look for in a key: no mission knows what time it is."""
+"""Things that people look for in a key: no mission knows what time it is."""
 
 
 class KeyChecks:

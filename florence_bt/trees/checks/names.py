@@ -20,9 +20,9 @@ from florence_bt.trees.language.values import fits
 HOW_TO_DECLARE = (
     "NAME.skills.yaml beside the mission, if it is your own (docs/reference/missions.md#skills-of-your-own)"
 )
-"""Where a skill is declared that this installation does not have."""
+"""Places for the declaration of a skill that this installation does not have."""
 SKILLS_THERE_ARE = ("a skill of docs/reference/skills.md",)
-"""Where the skills of an installation stand."""
+"""Places of the skills of an installation."""
 
 
 class NameChecks:

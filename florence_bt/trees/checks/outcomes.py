@@ -1,4 +1,4 @@
-"""How each node of a mission can end, for those who count what tests have seen of it."""
+"""Possible ends of each node of a mission, for those who count what tests have seen of it."""
 
 from __future__ import annotations
 

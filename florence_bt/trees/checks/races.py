@@ -30,7 +30,7 @@ class _Write:
 
     @property
     def same(self) -> object:
-        """What is equal for writers of which it does not matter who comes last."""
+        """Return what is equal for writers of which it does not matter who comes last."""
         match self.node:
             case kinds.Append():
                 return "added"  # nothing of another one is lost

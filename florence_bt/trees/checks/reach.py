@@ -32,7 +32,7 @@ RENAMED_CODES = {
 
 
 _OTHERS = ("else", "default", "other", "others", "otherwise", "all", "rest", "every", "error", "failure")
-"""What people call ``any``."""
+"""People's words for ``any``."""
 
 
 class ReachChecks:

@@ -17,9 +17,9 @@ from florence_bt.core.text_files import NOT_UTF8, read_bytes, readable
 from florence_bt.trees.language.findings import ERROR, Finding
 
 MAX_VALID = 8
-"""How many of the things that would have worked are shown in a text."""
+"""Things that would have worked which are shown in a text, at most."""
 MAX_MESSAGE = 400
-"""How many characters of a message are shown in a text."""
+"""Characters of a message that are shown in a text, at most."""
 
 _RED, _YELLOW, _GREEN, _BOLD, _PLAIN = "\x1b[1;31m", "\x1b[1;33m", "\x1b[32m", "\x1b[1m", "\x1b[0m"
 
@@ -123,9 +123,9 @@ def _escape(text: str, *, property_: bool = False) -> str:
 
 
 MAX_WIDTH = 100
-"""How many characters of a line are shown at most."""
+"""Characters of a line that are shown at most."""
 _BEFORE = 60
-"""How many characters before the offending text are shown when the line is longer."""
+"""Characters before the offending text that are shown when the line is longer."""
 
 _LINE_BREAK = re.compile("\r\n|\r|\n")
 _OFFENDING = re.compile(

@@ -24,7 +24,7 @@ from florence_bt.trees.language.values import as_expression, fits, is_said, kind
 
 _PART = re.compile(r"\.(?:x|y|yaw)(?![a-z0-9_])")
 _JOINED = re.compile(r";|\||\band\b|\bor\b")
-"""What people write between the items of a list in a text."""
+"""Words and signs that people write between the items of a list in a text."""
 _IN_BRACES = re.compile(r"\{\{?\s*(?P<key>[a-z][a-z0-9_]*)\s*\}?\}")
 """A key in a text as other languages write it: ``{room}`` or ``{{ room }}``."""
 

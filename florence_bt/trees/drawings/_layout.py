@@ -1,4 +1,4 @@
-"""Where the boxes of a diagram stand: below each other as in an outline, or side by side in one or more rows.
+"""Layout of a diagram's boxes: below each other as in an outline, or side by side in one or more rows.
 
 For each box all combinations of width and height are kept that no other combination beats. Of those of the
 root the one is taken that is not too wide and comes closest to the shape of a page.
@@ -10,7 +10,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
 INDENT = 26.0
-"""How far children are moved to the right in an outline."""
+"""Distance by which children are moved to the right in an outline."""
 GAP_X = 18.0
 """Space between boxes side by side."""
 GAP_Y = 10.0
@@ -20,7 +20,7 @@ DROP = 30.0
 MAX_ROWS = 6
 """Most rows that children side by side are broken into."""
 MAX_CHOICES = 24
-"""How many combinations of width and height are kept for a box."""
+"""Combinations of width and height that are kept for a box."""
 
 
 @dataclass(eq=False)
@@ -58,7 +58,7 @@ class _Choice:
     height: float
     below: tuple[_Choice, ...] = ()
     rows: tuple[int, ...] = ()
-    """How many children stand in each row; empty when they stand below each other."""
+    """Number of children in each row; empty when they stand below each other."""
 
 
 def lay_out(root: PlacedBox, max_width: float, shape: float) -> tuple[float, float]:

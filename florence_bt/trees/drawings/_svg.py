@@ -31,6 +31,7 @@ _WIDTHS = (
 )
 _WIDTH_OF = {char: width for chars, width in _WIDTHS for char in chars}
 _BOLD = 1.12
+"""Width of bold letters by that of plain ones. Chosen."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,6 +97,7 @@ _PAD_X, _PAD_Y = 9.0, 6.0
 _MARGIN = 18.0
 _MIN_WIDTH = 60.0
 _LEGEND = 26.0
+"""Pixels of a box's inside, of the margin, of a box's least width and of the legend. Chosen."""
 
 COLOURS = {
     "sequence": ("#e3ebf7", "#2f5d9b"),

@@ -16,7 +16,7 @@ SYMBOLS = {node.kind.word: node.kind.symbol for node in kinds.ALL}
 
 
 _LIST = re.compile(r"^(\s*\d*)([.+-])(?=\s)")
-"""What begins a list in Markdown, which Mermaid does not draw."""
+"""The beginning of a list in Markdown, which Mermaid does not draw."""
 
 
 def draw(

@@ -15,9 +15,9 @@ if TYPE_CHECKING:
     from florence_bt.trees.language.model import Value
 
 COUNT = Port(Kind.INTEGER, "", minimum=1)
-"""What ``retry`` and ``repeat`` take."""
+"""The value of ``retry`` and ``repeat``."""
 _ENDLESS = ("infinite", "infinity", "inf", "endless", "endlessly", "always", "unlimited", "true", "-1")
-"""What others say for ``forever``."""
+"""Others' words for ``forever``."""
 ROUNDS: Schema = {"anyOf": [{"const": FOREVER}, {"type": "integer", "minimum": 1}, REFERENCE]}
 
 

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from florence_bt.trees.language.form import Form
 
 _ASSIGNMENT = re.compile(r"\$?(?P<key>[a-z][a-z0-9_]*)\s*[:=]\s*(?P<value>[^=].*)")
-"""What people write who know a programming language: ``tries = 3``."""
+"""An assignment by people who know a programming language: ``tries = 3``."""
 _BARE_NAME = re.compile(r"(?<![$\w\"'.])([a-z_][a-z0-9_]*)(?!\w*\()")
 """The name of a key without its dollar."""
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from florence_bt.trees.language.form import Form
 
 PAUSE = Port(Kind.DURATION, "", minimum=0.0)
-"""What ``wait`` and ``timeout`` take."""
+"""The value of ``wait`` and ``timeout``."""
 _TIME_TO_WAIT_FOR = re.compile(r"(?:until|till|at) ((?:[01]?\d|2[0-3]):[0-5]\d)")
 """A time of day where a duration is wanted: ``until 22:00``."""
 

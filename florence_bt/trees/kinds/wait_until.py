@@ -29,7 +29,7 @@ _TIME_MEANT = re.compile(
     r"\s*(?P<half>[ap]\.?m\.?)?\s*(?P<word>uhr|o'clock|h)?",
     re.IGNORECASE,
 )
-"""How people write times of the day: ``8pm``, ``20.00``, ``20 Uhr``, ``Monday 08:00``."""
+"""Times of the day as people write them: ``8pm``, ``20.00``, ``20 Uhr``, ``Monday 08:00``."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -7,7 +7,7 @@ from florence_bt.trees.language.node_kind import Modifier
 from florence_bt.trees.language.vocabulary import ANYWHERE
 
 A_SKILL = "a skill"
-"""What a skill is called among the kinds that a modifier belongs to."""
+"""The name of a skill among the kinds that a modifier belongs to."""
 _OWNERS = {**{word: node.kind for word, node in BY_WORD.items()}, A_SKILL: RunSkill.kind}
 
 NODE_KINDS: dict[str, str] = {word: node.kind.about for word, node in BY_WORD.items()}

@@ -42,7 +42,7 @@ _OTHER_MODIFIERS = by_spelling(
         "name": ("comment", "title"),
     }
 )
-"""What other languages and people call the modifiers that every node may have."""
+"""Other languages' and people's words for the modifiers that every node may have."""
 _AT_A_TIME = 'tree: a sequence that begins with wait_until: "08:00"'
 _OTHER_SECTIONS = by_spelling(
     {
@@ -54,7 +54,7 @@ _OTHER_SECTIONS = by_spelling(
         "tree: {repeat: forever, do: a sequence that begins with wait: 5 min}": ("every", "interval"),
     }
 )
-"""What people call the sections of a mission, and where that is said which has none."""
+"""People's words for the sections of a mission, and the place for a section that there is not."""
 OTHER_KINDS = by_spelling(
     {
         **{word: node.kind.others for word, node in BY_WORD.items()},
@@ -73,7 +73,7 @@ OTHER_KINDS = by_spelling(
         "parallel: with policy: any": ("race", "first_of"),
     }
 )
-"""What other languages and people call the kinds of nodes."""
+"""Other languages' and people's words for the kinds of nodes."""
 OTHER_SKILLS = by_spelling(
     {
         "say": ("speak", "tell", "talk", "announce", "speech", "print", "echo", "log"),
@@ -87,7 +87,7 @@ OTHER_SKILLS = by_spelling(
         ),
     }
 )
-"""What people call some skills; whoever has a skill of that name means it."""
+"""People's words for some skills; whoever has a skill of that name means it."""
 _BELOW = ("do", "then", "cases")
 """Modifiers with nodes below them, which no skill has."""
 

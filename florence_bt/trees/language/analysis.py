@@ -1,4 +1,4 @@
-"""What can be known about missions and their parts without running them: the basis of the checks."""
+"""Analysis of missions and their parts without running them: the basis of the checks."""
 
 from __future__ import annotations
 
@@ -425,7 +425,7 @@ def cycles(names: Iterable[str], callees: Callable[[str], Iterable[str]]) -> dic
 
 
 MAX_NODES = 50_000
-"""How many nodes a mission has at most, those of the missions that it calls counted at every call."""
+"""Nodes that a mission has at most, those of the missions that it calls counted at every call."""
 MAX_TREE_DEPTH = 150
 """The greatest height of a tree in nodes, those of called missions included."""
 

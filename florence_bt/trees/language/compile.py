@@ -126,7 +126,7 @@ def compile_mission(
 
 
 CallPath = tuple[Node | str, ...]
-"""Where a branch begins: the nodes of mission files that call, and the last one."""
+"""The beginning of a branch: the nodes of mission files that call, and the last one."""
 
 
 class _WholeTree:

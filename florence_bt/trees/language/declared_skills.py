@@ -44,13 +44,13 @@ from florence_bt.trees.language.third_party import installed
 from florence_bt.trees.language.vocabulary import IDENTIFIER, SKILL_INPUT_KEYS, SKILL_OUTPUT_KEYS
 
 ENDING = ".skills.yaml"
-"""How the names of these files end."""
+"""The end of the names of these files."""
 SKILL_KEYS = (
     *("like", "summary", "inputs", "outputs", "failures", "groups", "resources", "deadline"),
     *("instant", "reports_changes"),
     *MAPPING_KEYS,
 )
-"""What can be said about a skill."""
+"""The keys of a skill."""
 _OTHER_KEYS: Mapping[str, tuple[str, ...]] = {
     "topic": (
         "condition, for what it said last",
@@ -64,12 +64,12 @@ _OTHER_KEYS: Mapping[str, tuple[str, ...]] = {
     "request": ("send",),
     "result": ("outputs",),
 }
-"""What people call the keys of a skill."""
+"""People's words for the keys of a skill."""
 FAILURE_KEYS = ("meaning", "when")
 GROUP_KEYS = ("meaning", "codes")
 FILE_KEYS = ("skills", "templates", "failures", "groups")
 TO_BE_SAID = "say here"
-"""How the texts of a draft begin; who edits it puts others in their place."""
+"""The beginning of the texts of a draft; who edits it puts others in their place."""
 STOCK = Path(__file__).with_name(f"stock{ENDING}")
 """The skills and templates that come with Florence."""
 

@@ -1,4 +1,4 @@
-"""What the checks of a mission file report."""
+"""Findings of the checks of a mission file."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ ERROR = "error"
 WARNING = "warning"
 """The mission can run but probably does not do what the author wants."""
 MAX_FINDINGS = 200
-"""How many findings of one file are kept; a file of another kind could have tens of thousands."""
+"""Findings of one file that are kept; a file of another kind could have tens of thousands."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -39,7 +39,7 @@ class MissionLibrary:
         self.declarations: dict[str, SkillDeclaration] = {}
         """Skills that files beside the missions declare, whether anybody has written them or not."""
         self.mappings: dict[str, MessageMapping] = {}
-        """How those are served of which these files say it."""
+        """Servers of those skills of which these files say it."""
         self._skills_files: set[Path] = set()
         self._skills_texts: dict[str, tuple[Path, str]] = {}
         """Skill -> the file that declares it, and its text; not of those that come with Florence."""
@@ -48,7 +48,7 @@ class MissionLibrary:
         self._files: dict[str, Path] = {}
         self._unreadable: dict[str, ConfigError] = {}
         self.compiled: object = None
-        """What the compiler has made of these missions; forgotten when one of them changes."""
+        """The compiler's work on these missions; forgotten when one of them changes."""
 
     @property
     def findings(self) -> list[Finding]:

@@ -1,4 +1,4 @@
-"""How a skill that a file declares is served: by an action, a service or a topic, with its fields mapped.
+"""Servers of skills that a file declares: an action, a service or a topic, with its fields mapped.
 
 The types are those of any installed interface package. They are looked at when they are installed; without
 them a file is read all the same, and its fields are not checked.

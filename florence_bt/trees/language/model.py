@@ -97,7 +97,7 @@ class ListItems:
 
 
 Value = Literal | Reference | Template | PoseParts | ListItems | Expression
-"""What can stand where a value is expected; an expression stands in ``${...}``."""
+"""Anything that can stand where a value is expected; an expression stands in ``${...}``."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,4 @@
-"""What a kind of node says about itself: the record beside its node, and what builds a node of it."""
+"""The record of a kind of node, beside its node, and what builds a node of it."""
 
 from __future__ import annotations
 

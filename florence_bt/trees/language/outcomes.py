@@ -1,4 +1,4 @@
-"""How each node of a mission can end, found without running it: the basis of what is never reached.
+"""Possible ends of each node of a mission, found without running it: the basis of what is never reached.
 
 Everything here errs on one side: what is said to be impossible is impossible; what is said to be possible may
 in truth never happen.

@@ -30,7 +30,7 @@ _OTHER_KINDS = by_spelling(
         "list of pose": ("poses", "list of poses"),
     }
 )
-"""What other languages call the types."""
+"""Other languages' names of the types."""
 _OTHER_KEYS = by_spelling(
     {
         "default": ("optional", "value", "initial", "start"),
@@ -39,7 +39,7 @@ _OTHER_KEYS = by_spelling(
         "max": ("maximum", "at_most", "to"),
     }
 )
-"""What others call what a port says about itself."""
+"""Others' words for the keys of a port."""
 _SHOWN_KINDS = (*(kind.value for kind in Kind if kind.item is None), Kind.LIST_OF_TEXT.value)
 """The types as they are suggested: one list stands for all."""
 

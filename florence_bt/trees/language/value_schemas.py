@@ -50,7 +50,7 @@ DEFINITIONS: dict[str, Schema] = {
         "additionalProperties": False,
     },
 }  # fmt: skip
-"""What the other schemas refer to."""
+"""Schemas to which the others refer."""
 
 
 def literal(kind: Kind) -> Schema:

@@ -19,29 +19,30 @@ BESIDE: dict[str, tuple[str, ...]] = {"code": ("while", "until", "ensure")}
 
 MISSION_KEYS = ("mission", "description", "imported_from", "inputs", "outputs", "keys", "on_restart", "tree")
 INTERRUPTION_KEYS = ("if", "do")
-"""What stands under ``interrupted_by``: what is asked, and what is done then."""
+"""Keys below ``interrupted_by``: what is asked, and what is done then."""
 INPUT_KEYS = ("type", "default", "min", "max", "description")
 KEY_KEYS = INPUT_KEYS
 OUTPUT_KEYS = ("type", "description")
 SKILL_INPUT_KEYS = (*INPUT_KEYS, "names", "choices")
 SKILL_OUTPUT_KEYS = (*OUTPUT_KEYS, "default", "names", "choices")
 LABELLED = ("room", "hotspot")
-"""What a text can name of a home: ``names`` of an input or output of a skill."""
+"""Things of a home that a text can name: ``names`` of an input or output of a skill."""
 ON_RESTART = ("abort", "restart", "resume")
 
 IDENTIFIER = re.compile(r"[a-z][a-z0-9_]*")
-"""How missions, skills, inputs, outputs, keys and codes are named."""
+"""Names of missions, skills, inputs, outputs, keys and codes."""
 
 MAX_QUICK_ROUNDS = 5000
-"""How often a tree may be ticked in a row although nothing outside it has happened: a loop of nodes that take
-no time has no more rounds. Chosen: 2,000 quick rounds are somebody's loop, and 5,000 are over in seconds."""
+"""Times that a tree may be ticked in a row although nothing outside it has happened: a loop of nodes that
+take no time has no more rounds. Chosen: 2,000 quick rounds are somebody's loop, and 5,000 are over in
+seconds."""
 GUARD_FAILED = "guard_failed"
 """The code of a ``while`` that names none."""
 FOREVER = "forever"
-"""What stands after ``repeat`` and ``retry`` in place of a number."""
+"""The word after ``repeat`` and ``retry`` in place of a number."""
 
 OTHER_YAWS = ("theta", "phi", "th", "angle", "heading", "orientation")
-"""What others call the heading of a pose."""
+"""Others' words for the heading of a pose."""
 
 
 def by_spelling(spellings: Mapping[str, Iterable[str]]) -> dict[str, str]:

@@ -1,4 +1,4 @@
-"""Which nodes a composite without memory watches while a later node runs."""
+"""Nodes that a composite without memory watches while a later node runs."""
 
 from __future__ import annotations
 

@@ -922,7 +922,7 @@ def try_catch(c: Converter, e: Element) -> Node:
 
 
 _CERTAIN = ("AlwaysSuccess", "ForceSuccess", "Script", "SetBlackboard", "Sleep")
-"""What never fails as a clean-up."""
+"""Nodes that never fail as a clean-up."""
 
 
 @_converts("Finally")
@@ -979,7 +979,7 @@ def round_robin(c: Converter, e: Element) -> Node:
 _PACES = {"RateController": ("hz", "1"), "SpeedController": ("max_rate", "1")}
 """Nav2's decorators that start their child again -> the port with their highest rate in Hz, its default."""
 _AGAIN = "100 ms"
-"""How often what is done with every tick there is done here; a new start of a skill is not free."""
+"""Period of what is done with every tick there; a new start of a skill is not free."""
 
 
 @_converts("PipelineSequence")

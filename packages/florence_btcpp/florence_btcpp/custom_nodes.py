@@ -16,7 +16,7 @@ from florence_btcpp.values import neutral_value, read_number, read_truth
 from florence_btcpp.xml_source import Element
 
 DEADLINE_S = 300.0
-"""How long a skill may take of which nothing is known."""
+"""Limit of a skill of which nothing is known."""
 KindOf = Callable[[str, str], Kind | None]
 """Registration ID and port -> kind."""
 

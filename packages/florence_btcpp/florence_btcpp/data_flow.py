@@ -1,4 +1,4 @@
-"""What flows through the blackboard of all trees: inputs and outputs of trees, and their kinds.
+"""The flow through the blackboard of all trees: inputs and outputs of trees, and their kinds.
 
 A mission has keys of its own, and gets and gives values at its start and end. A tree of BehaviorTree.CPP
 shares entries of the blackboard with its caller. So for each tree it is found out what it reads before it

@@ -1,4 +1,4 @@
-"""Which ports write their key, where no model says it: found from all uses of a port in all trees."""
+"""Directions of ports where no model tells them: found from all uses of a port in all trees."""
 
 from __future__ import annotations
 

@@ -26,7 +26,7 @@ _GROOT = ("_fullpath", "_uid", "_collapsed", "_position", "project_name")
 _SINCE_V4 = frozenset({"Script", "ScriptCondition", "Precondition"})
 """Nodes that version 3 does not have."""
 _ENTRY = re.compile(r"[^\W\d]\w*")
-"""What can be the name of an entry of the blackboard where version 3 wants one."""
+"""The name of an entry of the blackboard where version 3 wants one."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,7 +12,7 @@ from florence_bt.core.odd_characters import needs_quotes
 from florence_bt.core.plain_yaml import YamlMapping, YamlNode, YamlSequence, parse_yaml
 
 WIDTH = 140
-"""Where a longer line is broken."""
+"""Length from which a line is broken."""
 _FLOW = 112
 """Longest table that is kept on one line."""
 

@@ -1,4 +1,4 @@
-"""What nodes declare about their ports in ``TreeNodesModel``, and the nodes that are known without one.
+"""Ports that nodes declare in ``TreeNodesModel``, and the nodes that are known without one.
 
 ``known_nodes.xml`` has the nodes whose meaning the import knows: those of BehaviorTree.CPP, controls of Nav2,
 and ours, whose names begin with ``Florence``. ``nav2_nodes.xml`` has the ports that the nodes of Nav2 write.

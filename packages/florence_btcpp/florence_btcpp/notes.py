@@ -1,4 +1,4 @@
-"""What an import or export could not carry over, with the line of each."""
+"""Notes on what an import or export could not carry over, with the line of each."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which nodes of a tree can come before which: what a node writes, only those that follow it can read."""
+"""The order of a tree's nodes: what a node writes, only those that can follow it can read."""
 
 from __future__ import annotations
 

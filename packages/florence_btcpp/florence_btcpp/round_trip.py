@@ -1,4 +1,4 @@
-"""What our own export wrote beside a script, and the check that it still says the same as the script.
+"""Notes of our own export beside a script, and the check that they still say the same as the script.
 
 An editor may have changed the script. Then the script counts, and our own words beside it are left aside.
 """

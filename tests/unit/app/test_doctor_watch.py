@@ -60,7 +60,7 @@ def test_a_system_that_is_known_to_run_is_waited_for(monkeypatch, in_sight_s, br
     graph = Graph(in_sight_s)
     monkeypatch.setattr(graph_watch.time, "monotonic", lambda: graph.now)
     monkeypatch.setattr(graph_watch, "bring_up_here", lambda: bring_up)
-    view = graph_watch._watch(graph, graph, RobotState(graph, graph), 2.5, 15.0)
+    view = graph_watch.watch(graph, graph, RobotState(graph, graph), 2.5, 15.0)
     assert graph.now == pytest.approx(ends_s, abs=0.25)
     assert bool(view.nodes) == (in_sight_s < ends_s + 0.25)
 
@@ -69,7 +69,7 @@ def test_a_driver_that_has_fallen_silent_is_a_problem_whatever_it_said_last(monk
     graph = Graph(1.0, hangs_s=2.0)
     monkeypatch.setattr(graph_watch.time, "monotonic", lambda: graph.now)
     monkeypatch.setattr(graph_watch, "bring_up_here", lambda: False)
-    view = graph_watch._watch(graph, graph, RobotState(graph, graph), 10.0, 15.0)
+    view = graph_watch.watch(graph, graph, RobotState(graph, graph), 10.0, 15.0)
     found = [finding for finding in check_graph(view) if finding.group == "drivers"]
     assert [finding.level for finding in found] == [HealthLevel.PROBLEM] * len(DEVICE_NODES)
     assert {finding.found for finding in found} == {"has said nothing for 8 s; before that: works"}

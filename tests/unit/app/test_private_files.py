@@ -64,6 +64,10 @@ def test_what_an_earlier_bring_up_left_is_for_its_owner_too(tmp_path):
         pass
     assert not any(rights(path) for path in (folder / "logs", folder / "options.json", runs))
     assert all(rights(path) for path in (folder, folder / "mine", folder / "notes.txt"))
+    kept = {
+        path.name: stat.S_IMODE(path.stat().st_mode) for path in (folder / "logs", folder / "options.json")
+    }
+    assert kept == {"logs": 0o700, "options.json": 0o600}, "the owner may what they could before"
 
 
 def test_a_link_is_not_followed(tmp_path):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from types import SimpleNamespace
 
 import pytest
@@ -42,7 +43,7 @@ def after(seconds, run_id="R-1"):
 
 
 @pytest.fixture
-def feed(monkeypatch):
+def client(monkeypatch):
     class Question:
         def __init__(self, client):
             self.client = client
@@ -57,39 +58,39 @@ def feed(monkeypatch):
 
     monkeypatch.setattr(watching, "OpenQuestion", Question)
     monkeypatch.setattr(watching, "Whereabouts", lambda client: SimpleNamespace(text=lambda: ""))
-    return RunFeed(Client(), Shown(), "R-1")
+    return Client()
 
 
-def last(feed):
+def last(feed, shown):
     feed.look()
-    return feed._display.trees[-1].seconds if feed._display.trees else None
+    return shown.trees[-1].seconds if shown.trees else None
 
 
-def test_what_is_newer_is_shown_whichever_way_it_came(feed):
-    client = feed._client
-    assert last(feed) is None and client.asked == ["R-1"]
+def test_what_is_newer_is_shown_whichever_way_it_came(client):
+    shown = Shown()
+    feed = RunFeed(client, shown, "R-1")
+    assert last(feed, shown) is None and client.asked == ["R-1"]
     client.told_tree = after(9.0, "R-0")
-    assert last(feed) is None, "another run"
+    assert last(feed, shown) is None, "another run"
     client.told_tree = after(1.0)
-    assert last(feed) == 1.0
+    assert last(feed, shown) == 1.0
     client.answer = after(2.0)
-    assert last(feed) == 2.0
+    assert last(feed, shown) == 2.0
     client.told_tree, client.answer = after(3.0), after(2.5)
-    assert last(feed) == 3.0, "the answer was on its way when the tree changed"
-    assert last(feed) == 3.0
+    assert last(feed, shown) == 3.0, "the answer was on its way when the tree changed"
+    assert last(feed, shown) == 3.0
 
 
-def test_without_a_run_whatever_runs_is_shown(feed):
-    feed = RunFeed(feed._client, Shown())
-    feed._client.told_tree = after(9.0, "R-1")
-    assert last(feed) == 9.0
-    feed._client.told_tree = after(0.5, "R-2")
-    assert last(feed) == 0.5
+def test_without_a_run_whatever_runs_is_shown(client):
+    shown = Shown()
+    feed = RunFeed(client, shown)
+    client.told_tree = after(9.0, "R-1")
+    assert last(feed, shown) == 9.0
+    client.told_tree = after(0.5, "R-2")
+    assert last(feed, shown) == 0.5
 
 
-def test_lines_ask_nobody(feed):
-    import io
-
-    feed = RunFeed(feed._client, LogDisplay(Console(file=io.StringIO())), "R-1")
+def test_lines_ask_nobody(client):
+    feed = RunFeed(client, LogDisplay(Console(file=io.StringIO())), "R-1")
     feed.look()
-    assert not feed._client.asked
+    assert not client.asked

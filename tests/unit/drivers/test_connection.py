@@ -51,8 +51,8 @@ class Owner:
         self.items: list[tuple[bytes, float]] = []
         self.lost: list[str] = []
         self.problems: list[str] = []
-        self._soon: deque[Callable[[], None]] = deque()
-        self._called = threading.Condition()
+        self.soon: deque[Callable[[], None]] = deque()
+        self.called = threading.Condition()
         self.connection: Connection[Device, bytes] = Connection(
             self.clock,
             self._call_soon,
@@ -69,9 +69,9 @@ class Owner:
 
     def serve(self) -> None:
         """Wait for one callback of the reader's thread and run it."""
-        with self._called:
-            assert self._called.wait_for(lambda: bool(self._soon), LONG_S)
-            callback = self._soon.popleft()
+        with self.called:
+            assert self.called.wait_for(lambda: bool(self.soon), LONG_S)
+            callback = self.soon.popleft()
         callback()
 
     def _open(self) -> Device:
@@ -82,9 +82,9 @@ class Owner:
         return device
 
     def _call_soon(self, callback: Callable[[], None]) -> None:
-        with self._called:
-            self._soon.append(callback)
-            self._called.notify_all()
+        with self.called:
+            self.soon.append(callback)
+            self.called.notify_all()
 
 
 @pytest.fixture
@@ -169,8 +169,8 @@ def test_what_an_old_device_said_late_is_left_out(owner: Owner) -> None:
     owner.waiting = [first, second]
     owner.connection.open()
     first.feed(b"late")
-    with owner._called:
-        assert owner._called.wait_for(lambda: bool(owner._soon), LONG_S)
+    with owner.called:
+        assert owner.called.wait_for(lambda: bool(owner.soon), LONG_S)
     owner.connection.lose(DeviceLost("gone"))
     owner.clock.advance(0.5)
     owner.serve()

@@ -167,9 +167,17 @@ def test_a_value_may_lie_across_two_lines() -> None:
 
 def test_times() -> None:
     assert decode_time(ScipReply("TM1", "00", (b"m2@0",))) == 16_000_000
-    for reply in (ScipReply("TM0", "00"), ScipReply("TM1", "04"), ScipReply("TM1", "00", (b"m2@",))):
-        with pytest.raises(FrameError):
+    for reply in (ScipReply("TM0", "00"), ScipReply("TM1", "04")):
+        with pytest.raises(FrameError, match="holds no time"):
             decode_time(reply)
+
+
+@pytest.mark.parametrize("stamp", [b"m2@", b"m2@0m", b"m2@0m2@0"])
+def test_a_time_has_four_characters_in_an_answer_and_in_a_scan(stamp: bytes) -> None:
+    with pytest.raises(FrameError, match=f"4 characters, not {len(stamp)}"):
+        decode_time(ScipReply("TM1", "00", (stamp,)))
+    with pytest.raises(FrameError, match=f"4 characters, not {len(stamp)}"):
+        decode_scan(ScipReply("MD0000000101000", "99", (stamp, encode(100, 3) + encode(200, 3))))
 
 
 def echo_reply(kind: str, last: int, data: bytes) -> ScipReply:

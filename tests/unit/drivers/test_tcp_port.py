@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import pytest
 
 from florence_bt.core.errors import DeviceLost, DeviceTimeout
-from florence_bt.drivers.tcp_port import MOST_WAITING, TcpPort
+from florence_bt.drivers.tcp_port import MOST_BYTES_WAITING, TcpPort
 
 
 @pytest.fixture
@@ -94,5 +94,5 @@ def test_writing_without_an_end_is_noticed(server: socket.socket) -> None:
     port = opened(server)
     with pytest.raises(DeviceTimeout):
         for _ in range(3):
-            port.write(b"x" * (MOST_WAITING // 2 + 1))
+            port.write(b"x" * (MOST_BYTES_WAITING // 2 + 1))
     port.close()

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from florence_bt.core.declaration import Kind, Port, SkillDeclaration
-from florence_bt.runtime.events import EventKind
+from florence_bt.runtime.events import EventKind, seconds_text
 from florence_bt.runtime.journal.rows import JournaledEvent
 from florence_bt.runtime.journal.text import timeline
 from florence_bt.runtime.status import details_line, status_text, values_text
@@ -72,3 +72,19 @@ def test_poses() -> None:
 )
 def test_limits(port: Port, value: float, problem: str) -> None:
     assert port.problem_with(value) == problem
+
+
+@pytest.mark.parametrize(
+    ("seconds", "text"),
+    [
+        (0.04, "0.0 s"),
+        (119.9, "119.9 s"),
+        (120.0, "2 min 0 s"),
+        (150.4, "2 min 30 s"),
+        (179.7, "3 min 0 s"),
+        (3_661.0, "61 min 1 s"),
+    ],
+)
+def test_the_time_that_a_run_took(seconds, text):
+    assert seconds_text(10.0, 10.0 + seconds) == text
+    assert seconds_text(None, seconds) == seconds_text(seconds, None) == ""

@@ -29,6 +29,7 @@ from florence_bt.core.transforms import Transform3
 from florence_bt.skills.navigation.navigate.drive_actions import HeadingGoal, PoseGoal
 from florence_bt.skills.navigation.navigate.navigator import Navigator
 from florence_bt.skills.navigation.navigate.parameters import NavigatorParameters
+from florence_bt.skills.navigation.navigate.state import Feedback
 
 UPSIDE_DOWN_LASER = Transform3.from_xyz_rpy((0.057, 0.0, 0.087), (math.pi, 0.0, 0.0))
 CAMERA = Transform3.from_xyz_rpy((-0.087, 0.018, 0.3), (0.0, 0.0, 0.0))
@@ -203,6 +204,7 @@ class Trip:
         self.only_camera = list(only_camera)
         self.jitter = jitter
         self.texts: list[str] = []
+        self.feedback = Feedback()
         self.commands: list[float] = []
         self.see()
 
@@ -232,6 +234,7 @@ class Trip:
         step = self.navigator.step(self.world.now, self.world.odometry(), self.map_from_odom())
         assert step.command is not None
         self.world.command = step.command
+        self.feedback = step.feedback
         self.texts.append(step.feedback.text)
         self.commands.append(step.command.linear)
         self.world.advance(0.1)

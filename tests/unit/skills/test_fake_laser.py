@@ -198,6 +198,7 @@ def test_a_picture_that_does_not_fit_its_camera_is_refused():
         {"range_max": math.inf},
         {"angle_min": 2.0},
         {"angle_increment": 0.0},
+        {"angle_min": -0.2, "angle_max": 0.2, "angle_increment": 0.5},
         {"angle_increment": math.nan},
         {"scan_time": -1.0},
     ],
@@ -205,6 +206,10 @@ def test_a_picture_that_does_not_fit_its_camera_is_refused():
 def test_wrong_parameters_are_refused_with_what_would_work(wrong):
     with pytest.raises(ConfigError, match="would have worked"):
         FakeLaserParameters(**wrong)
+
+
+def test_one_beam_may_be_as_wide_as_the_scan():
+    assert FakeLaserParameters(angle_min=-0.25, angle_max=0.25, angle_increment=0.5).beam_count == 1
 
 
 def test_the_defaults_have_360_beams():

@@ -45,7 +45,7 @@ def test_past_a_pose_without_a_stop() -> None:
         nonlocal nearest
         distance = trip.world.pose.distance_to(via)
         nearest = min(nearest, distance)
-        feedback = trip.navigator._feedback
+        feedback = trip.feedback
         left.append((feedback.poses_remaining, feedback.distance_remaining))
         if len(trip.texts) > 1 and distance < 1.0:
             speeds.append(trip.world.twist.linear)
@@ -126,7 +126,7 @@ def test_straight_on_by_odometry(distance: float, yaw: float) -> None:
     assert abs(moved.x - distance) < 0.03 and abs(moved.y) < 0.03
     assert abs(angle_difference(moved.yaw, 0.0)) < 0.03
     assert max(map(abs, trip.commands)) <= 0.2
-    assert trip.navigator._feedback.travelled == pytest.approx(abs(distance), abs=0.03)
+    assert trip.feedback.travelled == pytest.approx(abs(distance), abs=0.03)
 
 
 def test_a_straight_drive_goes_as_far_as_there_is_room() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+from pathlib import Path
 
 import pytest
 import yaml
@@ -11,7 +12,8 @@ from tools.mutants.__main__ import EQUIVALENT
 from tools.mutants.covering import files_over_ros, files_that_import, importers
 from tools.mutants.covering import tests_near as files_near
 from tools.mutants.mutations import Mutation, draw
-from tools.mutants.trying import by_folder
+from tools.mutants.trying import Verdict, by_folder
+from tools.mutants.verdicts import Verdicts
 from tools.tables import ROOT
 
 SOURCE = '''
@@ -116,3 +118,13 @@ def test_no_folder_is_come_to_twice() -> None:
         "t/b/y.py::2",
         "t/z.py::1",
     ]
+
+
+def test_what_tests_said_is_known_to_the_next_run(mutants: list[Mutation], tmp_path: Path) -> None:
+    some, other = mutants[:2]
+    Verdicts(tmp_path / "kept" / "verdicts.txt").keep(some, ["test_a.py"], Verdict.OVER_ROS)
+    Verdicts(tmp_path / "kept" / "verdicts.txt").keep(other, ["test_a.py"], Verdict.UNNOTICED)
+    kept = Verdicts(tmp_path / "kept" / "verdicts.txt")
+    assert kept.of(some, ["test_a.py"]) is Verdict.OVER_ROS
+    assert kept.of(other, ["test_a.py"]) is Verdict.UNNOTICED
+    assert kept.of(some, ["test_a.py", "test_b.py"]) is None, "other tests may notice it"

@@ -24,7 +24,7 @@ COMPRESSED = (".zst", ".zstd", ".gz")
 """Behind the suffix of a file that is compressed whole."""
 METADATA = "metadata.yaml"
 _PART = re.compile(r"_\d+$")
-"""What the names of the files of one rosbag2 differ by."""
+"""The difference between the names of the files of one rosbag2."""
 _NAMED = re.compile(r"^\s*-\s*['\"]?([^\s'\"]+\.(?:mcap|db3)(?:\.zstd?)?)['\"]?\s*$", re.MULTILINE)
 """A file in the metadata."""
 _EACH_MESSAGE = re.compile(r"^\s*compression_mode:\s*['\"]?message", re.IGNORECASE | re.MULTILINE)

@@ -1,4 +1,4 @@
-"""What a recording gives, whatever its format: scans, and where the odometry saw the base meanwhile."""
+"""A recording in any format: scans, and where the odometry saw the base meanwhile."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from florence_bt.core.transforms import Transform3
 _MAGIC = {b"\x89MCAP": ".mcap", b"SQLite format 3": ".db3", b"#ROSBAG": ".bag"}
 
 _MOST_NAMED = 5
+"""Recordings that an error offers. Chosen."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,20 +13,28 @@ from dataclasses import dataclass
 from florence_bt.core.errors import ConfigError, FrameError
 
 WRITE, READ = 0x40, 0xC0
+"""bmRequestType of the transfers."""
 SET_LED, INITIALISE, SET_TILT, READ_STATE = 0x06, 0x10, 0x31, 0x32
+"""bRequest of the transfers."""
 
 READY = 0x22
-"""What the motor answers to INITIALISE."""
+"""Answer of the motor to INITIALISE."""
 
 STATE_SIZE = 10
+"""Bytes of the answer to READ_STATE."""
 _STATE = struct.Struct(">2xhhhbB")
 
 COUNTS_PER_G = 819
 GRAVITY = 9.80665
+"""m/s², of the device's g."""
 TILT_LIMIT_DEG = 31.0
+"""To both sides of the horizon, as libfreenect clamps it."""
 RECOMMENDED_TILT_DEG = 27.0
+"""By the manufacturer; REFERENCE 5.5 has it unverified."""
 LARGEST_LED = 7
+"""The last of the light's options."""
 _TILT_UNKNOWN = -128
+"""Half degrees that are told while the motor moves; REFERENCE 5.5 has it unverified."""
 
 
 class TiltStatus(enum.IntEnum):

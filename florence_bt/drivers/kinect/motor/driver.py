@@ -1,4 +1,4 @@
-"""What the node of the motor decides, without USB and ROS: limits, warnings, diagnosis."""
+"""Decisions of the motor's node, without USB and ROS: limits, warnings, diagnosis."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from florence_bt.drivers.kinect.motor.codec import (
 )
 
 MOST_DEVICES = 16
+"""Kinects that can be told apart by their index. Chosen."""
 STATUS_NAMES: dict[int, str] = {
     TiltStatus.STOPPED: "stopped",
     TiltStatus.LIMIT: "at the limit",

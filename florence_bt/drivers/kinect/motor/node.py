@@ -12,6 +12,7 @@ from std_msgs.msg import Float64, UInt8, UInt16
 from florence_bt.core.clock import call_every
 from florence_bt.core.errors import ConfigError
 from florence_bt.drivers.connection import Connection
+from florence_bt.drivers.diagnosis import DIAGNOSTICS_PERIOD_S
 from florence_bt.drivers.kinect.motor import codec
 from florence_bt.drivers.kinect.motor.driver import MotorParameters, diagnose, tilt_warning
 from florence_bt.drivers.kinect.motor.usb_motor import UsbMotor
@@ -20,7 +21,6 @@ from florence_bt.ros.diagnostics import diagnostics_publisher, diagnostics_to_ro
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import RELIABLE, SENSOR
 
-DIAGNOSTICS_PERIOD_S = 1.0
 COVARIANCE = 0.01
 """(m/s²)², of each axis."""
 NAMESPACE = "kinect_aux"

@@ -12,7 +12,9 @@ from florence_bt.drivers.kinect.motor import codec
 VENDOR = 0x045E
 MOTOR = 0x02B0
 CAMERAS = (0x02AE, 0x02BF)
+"""Ids on USB: of Microsoft, the motor, and the cameras of Kinect and Kinect for Windows (REFERENCE 5.1)."""
 TIMEOUT_MS = 500
+"""Of a transfer. Chosen."""
 UDEV = "copy config/udev/99-florence.rules to /etc/udev/rules.d/ and plug the Kinect in again"
 PYUSB = "tilt, light and accelerometer need pyusb: pip install pyusb, or sudo apt install python3-usb"
 OTHER_MODEL = (

@@ -20,9 +20,13 @@ STREAM_OVERHEAD_BYTES = 3
 """Header, length and checksum of a stream frame."""
 
 MAX_WHEEL_SPEED_MMPS = 500
+"""Of Drive and Drive Direct; the motors are no faster (REFERENCE 1.1)."""
 MAX_RADIUS_MM = 2000
+"""The widest arc of Drive."""
 MAX_PWM = 255
+"""Of Drive PWM."""
 MAX_NOTES = 16
+"""Of a song."""
 MAX_SCRIPT_BYTES = 100
 MAX_DUTY = 128
 """A low side driver that is wholly on."""

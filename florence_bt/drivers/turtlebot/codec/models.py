@@ -44,12 +44,14 @@ _COMMON_GROUPS: dict[int, range] = {
     5: range(35, 43),
     6: range(7, 43),
 }
+"""Number of a group -> its packets, of every base. Source: REFERENCE 1.5."""
 _CREATE_2_GROUPS = _COMMON_GROUPS | {
     100: range(7, 59),
     101: range(43, 59),
     106: range(46, 52),
     107: range(54, 59),
 }
+"""Those of a Create 2. Source: REFERENCE 1.5, which has 106 and 107 unverified."""
 
 CREATE = Model(
     name="iRobot Create",

@@ -78,7 +78,7 @@ class Packet:
 
     @property
     def is_flag(self) -> bool:
-        """Whether the field is true or false."""
+        """Tell whether the field is true or false."""
         return self.code == _FLAG
 
     def is_plausible(self, value: int) -> bool:
@@ -89,6 +89,7 @@ class Packet:
 
 _MILLI = 1e-3
 _DEGREE = math.pi / 180.0
+"""Factors from the units on the wire to SI units."""
 
 PACKETS: dict[int, Packet] = {
     packet.id: packet
@@ -150,7 +151,7 @@ PACKETS: dict[int, Packet] = {
 """Every packet by its number; those from 43 on only a Create 2 has."""
 
 USER_ANALOG_INPUT = PACKETS[33]
-"""What the gyro is wired to."""
+"""The packet of the input that the gyro is wired to."""
 
 GROUPS: dict[int, range] = dict(CREATE_2.groups)
 """Packets that one number asks for together; those from 100 on only a Create 2 knows."""

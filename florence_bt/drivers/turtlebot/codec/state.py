@@ -126,17 +126,17 @@ class SensorState:
 
     @property
     def cliff(self) -> bool:
-        """Whether any of the four cliff sensors misses the floor."""
+        """Tell whether any of the four cliff sensors misses the floor."""
         return self.cliff_left or self.cliff_front_left or self.cliff_front_right or self.cliff_right
 
     @property
     def in_drive_mode(self) -> bool:
-        """Whether the base is in a mode that takes speeds; in one that the manual does not know it is not."""
+        """Tell whether the base is in a mode that takes speeds; one unknown to the manual is none."""
         return self.oi_mode in (OiMode.SAFE, OiMode.FULL)
 
     @property
     def wheels_stopped(self) -> bool:
-        """Whether the base was last commanded to stand still."""
+        """Tell whether the base was last commanded to stand still."""
         return (
             self.requested_left_velocity == 0.0
             and self.requested_right_velocity == 0.0

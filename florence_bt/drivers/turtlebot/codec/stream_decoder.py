@@ -14,7 +14,9 @@ from collections.abc import Sequence
 from florence_bt.drivers.turtlebot.codec.packets import layout, members
 
 HEADER = 19
+"""The first byte of a frame. Source: REFERENCE 1.6."""
 _CHANGE_FORM_AFTER = 3
+"""Frames in a row that fit the other form only, after which that is the base's. Chosen."""
 
 
 class ChecksumForm(enum.Enum):

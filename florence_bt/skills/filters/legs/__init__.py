@@ -1,1 +1,1 @@
-"""What may be the legs of people in a laser scan: no ROS, no memory."""
+"""Candidates for legs of people in a laser scan: no ROS, no memory."""

@@ -1,4 +1,4 @@
-"""What may be legs in a laser scan."""
+"""Detection of what may be legs in a laser scan."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from florence_bt.core.geometry import Point2, Pose2
 REACH_M = 0.4
 """Legs are this near to where they are expected (REFERENCE 12.7)."""
 _WIDEST_M = 0.6
-"""What is wider is not a pair of legs (REFERENCE 12.7)."""
+"""Largest width of a pair of legs (REFERENCE 12.7)."""
 _FEWEST_POINTS = 3
 _LEG_RADIUS_M = 0.06
 """The laser sees the front of the legs; the middle of the person is this much behind it. Chosen."""

@@ -1,4 +1,4 @@
-"""Which of the things like legs in the laser's scans walk: who left the camera's view is one of them."""
+"""Walking things like legs in the laser's scans: who left the camera's view is one of them."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from florence_bt.core.geometry import Point2
 _STEP_M = 0.3
 """From one scan to the next, legs go no further."""
 _GONE_S = 0.5
-"""What was not seen for so long is not the same any more."""
+"""Time after which something that was not seen is not the same any more."""
 _MEMORY_S, _WALKED_M, _HALF_M = 1.5, 0.25, 0.1
-"""What went so far within this time walks, if it went on so far in both halves: a chair of which more comes
-into view seems to jump, and then stands."""
+"""Memory, and the way within it of something that walks, if it went on so far in both halves: a chair of
+which more comes into view seems to jump, and then stands."""
 
 
 @dataclass(slots=True)

@@ -14,11 +14,11 @@ from florence_bt.core.geometry import STANDSTILL, Twist2
 from florence_bt.core.limits import CheckedParameters, NotNegative, Positive
 
 HELD_UP_S = 1.0
-"""When two steps are further apart, the process was held up and the supervisor has stopped the base meanwhile
-(docs/manual/runtime.md): the next step begins at standstill."""
+"""Time between two steps after which the process counts as held up, and the supervisor has stopped the base
+meanwhile (docs/manual/runtime.md): the next step begins at standstill."""
 BACKLOG_S = 0.01
-"""How long after that commands are refused: those that waited for this process, nobody knows how long, are
-served within milliseconds. Chosen below the period of the steps."""
+"""Time after that in which commands are refused: those that waited for this process, nobody knows how long,
+are served within milliseconds. Chosen below the period of the steps."""
 
 
 @dataclass(frozen=True, slots=True)

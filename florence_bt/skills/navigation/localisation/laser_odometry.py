@@ -37,9 +37,9 @@ _FARTHEST_M = 4.0
 """No search goes farther, whatever the wheels say: one of 100 m would last for minutes."""
 _SIGMA_M, _FIT_BEAMS, _INDEPENDENT_BEAMS = 0.04, 180, 40.0
 _BROKEN_BELOW = 0.5
-"""When less of a scan fits, the wheels are believed: somebody stands around the robot, or has carried it."""
+"""Fit of a scan below which the wheels are believed: somebody stands around the robot, or has carried it."""
 _ENOUGH = 0.4
-"""When a smaller part of the beams has met anything, the wheels are believed, too: in the middle of a hall
+"""Part of the beams that met anything below which the wheels are believed, too: in the middle of a hall
 somebody who walks by is most of what is seen, and would take the robot along."""
 _SLIP, _SLIP_OF_SEARCH = 0.1, 0.2
 """The slip of even the best wheels, as a part of the motion: what holds the fit, and what holds the search,

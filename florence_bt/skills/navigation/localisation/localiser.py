@@ -27,10 +27,11 @@ _SETTLE_DISTANCE_M, _SETTLE_ANGLE = 0.01, 0.01
 _MIN_POINTS = 10
 _FOUND_DEVIATIONS = (0.1, 0.1, 0.06)
 _FOUND_SHARE = 0.8
-"""How far around a better place nearby (metres, radians) which part of the particles is drawn again."""
+"""Deviations around a better place nearby (metres, radians), and the part of the particles drawn there
+again."""
 _UNFIT_DEVIATIONS = np.array((0.1, 0.1, 0.03))
-"""What is told of how sure the place is grows by so much (metres, radians) for each metre in which nothing
-fits. Chosen: ten times the drift of the laser odometry, as nobody knows whether the place is right at all."""
+"""Growth of the told deviations (metres, radians) for each metre in which nothing fits. Chosen: ten times the
+drift of the laser odometry, as nobody knows whether the place is right at all."""
 
 
 class Localiser:

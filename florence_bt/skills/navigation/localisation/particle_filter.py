@@ -13,6 +13,7 @@ from florence_bt.skills.navigation.localisation.likelihood_field import Likeliho
 from florence_bt.skills.navigation.localisation.parameters import LocaliserParameters
 
 _CLUSTER_DISTANCE_M = 0.6
+"""Distance from the best particle within which others count for the pose, with the angle below. Chosen."""
 _CLUSTER_ANGLE = math.radians(30.0)
 
 

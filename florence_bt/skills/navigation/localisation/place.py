@@ -1,4 +1,4 @@
-"""Where the robot is in the map, as the document's nodes tell it: ``map -> odom`` and ``amcl_pose``."""
+"""The robot's place in the map, as the document's nodes tell it: ``map -> odom`` and ``amcl_pose``."""
 
 from __future__ import annotations
 

@@ -42,8 +42,9 @@ _LEAF_M, _LEVELS = 0.1, 5
 """The steps of the grid, and how often they are doubled for the blocks."""
 _HEADINGS, _SEARCH_BEAMS = 210, 120
 _LEAST, _MARGIN = 0.4, 0.2
-"""What is ruled out: what fits less than so, or so much less than the best."""
+"""Bounds of what is ruled out: a fit below the first, or below the best by the second."""
 _DIVES, _MOST_BLOCKS = 16, 400_000
+"""Blocks whose best pose is looked up first, to bound the others, and blocks at most. Chosen."""
 _PEAKS, _APART_M, _APART_RAD = 8, 0.5, math.radians(30.0)
 
 

@@ -1,4 +1,4 @@
-"""How well the robot knows where it is, for ``diagnostics``."""
+"""Quality of the localisation, for ``diagnostics``."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Whether the scans fit the estimated pose; if they do not, a search for the robot."""
+"""The watch over the estimated pose: where scans do not fit it, a search for the robot begins."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from florence_bt.skills.navigation.localisation.scan_match import Match, evenly
 
 _NEAR_M, _NEAR_RAD = 0.8, 0.35
 _CONTRADICTED = 0.1
-"""When fewer of the beams go through walls, what does not fit has met people or moved chairs."""
+"""Part of the beams that go through walls below which misfits are people or moved chairs."""
 _CONFIRMED_AFTER = 5
 """A pose is confirmed by this many scans that fit."""
 _LOST_AFTER_M, _LOST_AFTER_UNCONFIRMED_M = 4.0, 0.5
@@ -32,7 +32,9 @@ second."""
 _UNLIKE = 0.03, 1.5
 """At all other places so much more of the scans does not fit: a part of them, and this many times as much."""
 _AGREE_M, _AGREE_RAD = 0.5, 0.3
+"""Difference of two finds, one after the other, that are of one place. Chosen."""
 _FIT_BEAMS = 400
+"""Beams that judge a place that was found. Chosen."""
 
 
 class Relocaliser:

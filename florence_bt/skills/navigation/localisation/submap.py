@@ -10,7 +10,7 @@ from florence_bt.skills.navigation.localisation._kernels import draw_distances
 from florence_bt.skills.navigation.localisation.likelihood_field import LikelihoodField
 
 FAR_M = 0.3
-"""Where distances to the surfaces of a submap are cut."""
+"""Distance at which those to the surfaces of a submap are cut."""
 _RESOLUTION_M, _REACH_M = 0.05, 12.0
 """Cells of a submap, and how far from its middle it reaches."""
 _CELLS = round(2.0 * _REACH_M / _RESOLUTION_M)
@@ -20,8 +20,8 @@ _SCANS, _LENGTH_M = 24, 6.0
 """This many scans make a submap, or so many metres from its middle, where the next ones still lie within its
 reach."""
 _NO_NORMALS = np.zeros((_CELLS, _CELLS, 2), np.float32)
-"""Which side of a surface was seen is not kept. Shared, and never written (a read-only array would have the
-kernels compiled once more)."""
+"""Normals of a submap, which does not keep the side that a surface was seen from. Shared, and never written
+(a read-only array would have the kernels compiled once more)."""
 
 
 class Submap:

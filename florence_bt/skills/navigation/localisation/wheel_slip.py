@@ -1,4 +1,4 @@
-"""How wrong the wheels' odometry is, learnt from what the scans make of it."""
+"""Errors of the wheels' odometry, learnt from what the scans make of it."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _TURN_PER_M = 0.5
 _FIRST_SLIP, _FIRST_M = 0.1, 0.3
 """Believed before anything was learnt, with the weight of a single step of so many metres or radians."""
 _FORGET_M = 3.0
-"""What was learnt fades within so many metres or radians: a carpet, a kerb, a wheel that spins."""
+"""Metres or radians within which what was learnt fades: a carpet, a kerb, a wheel that spins."""
 
 
 class WheelSlip:

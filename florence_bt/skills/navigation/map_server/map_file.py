@@ -35,7 +35,7 @@ _FLAGS = {"0": False, "false": False, "1": True, "true": True}
 _ORIGIN = ("origin: [-10.0, -10.0, 0.0]",)
 _RESOLUTIONS = (f"{MIN_RESOLUTION_M:g} to {MAX_RESOLUTION_M:g} (metres a cell), such as 0.05",)
 UNKNOWN_GREY = 205
-"""What the savers of nav2_map_server and of ROS 1 write for unknown cells in trinary mode."""
+"""Grey of unknown cells from the savers of nav2_map_server and of ROS 1 in trinary mode."""
 FEW_FREE = 0.01
 """Share of free cells below which a map can hardly be meant; chosen."""
 Warn = Callable[[str], None]

@@ -19,8 +19,9 @@ _SQUARE, _SQUARER = math.tan(math.radians(8.0)), math.tan(math.radians(6.0))
 _NOT_SHOWN = 2
 """A beam that is not folded at something weighs as much as so many that are, where a mirror may end."""
 _ITSELF_M, _ITSELF, _SIZE_M, _ASKEW = 0.05, 0.03, 0.025, 0.012
-"""How far from where a mirror would show the laser a beam may end that is to show it, metres, and the metres
-more for each metre before the gap; half of the laser's width, and how far the heading may be off, radians."""
+"""Distance from where a mirror would show the laser at which a beam may end that is to show it, metres, and
+the metres more for each metre before the gap; half of the laser's width, and the error of the heading,
+radians."""
 _PAST_BEAMS, _ELSEWHERE_M = 2, 0.1
 """A gap that lets so many beams past where a mirror would show the laser does not show it; scans from so near
 to each other say it once."""

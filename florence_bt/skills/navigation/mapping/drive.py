@@ -22,7 +22,7 @@ VERSION = 1
 _STEP_M = 0.002
 """Points are kept in steps of so many metres, in 16 bits."""
 _FARTHEST_M = 65.0
-"""What is farther is not kept."""
+"""Distance beyond which nothing is kept."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -22,7 +22,7 @@ BoolGrid = NDArray[np.bool_]
 BORDER_M = 0.25
 """Unknown ground that is left around what is known."""
 SPECK_M = 0.1
-"""What stands alone on the floor and is no larger is a speck."""
+"""Size up to which something that stands alone on the floor is a speck."""
 ISLAND_M2 = 0.5
 """Free floor that is cut off from the rest and is smaller was seen through a gap, or by mistake."""
 WALL_M = 0.1
@@ -34,7 +34,7 @@ KINDS_OF_EDIT = tuple(_PARTS)
 
 
 STAYS = Pose2()
-"""What is at a place stays there."""
+"""The motion of an edit that moves nothing."""
 
 
 @dataclass(frozen=True, slots=True)

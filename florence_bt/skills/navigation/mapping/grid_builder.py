@@ -24,7 +24,7 @@ _SHARE = 0.25
 """A cell is a surface when so much of the scans that reached it ended there: the others met what stands
 before or behind it in the cell, and grazed it."""
 _FEW, _SPECK_M = 2, 0.5
-"""What so few scans have seen, and is so small, is nothing that stands there: somebody has walked by."""
+"""Number of scans and size, at most, of something that stands nowhere: somebody has walked by."""
 
 
 class GridBuilder:

@@ -1,4 +1,4 @@
-"""What is kept of a scan that belongs to a map."""
+"""The part of a scan that is kept for a map."""
 
 from __future__ import annotations
 

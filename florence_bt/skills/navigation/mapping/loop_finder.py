@@ -28,8 +28,8 @@ from florence_bt.skills.navigation.mapping.kept_scan import KeptScan
 from florence_bt.skills.navigation.mapping.pose_graph import PoseGraph, Tie
 
 _LATELY_M, _NEAR_M = 5.0, 10.0
-"""What the robot has seen on so long a way is fitted, as far as it lies so near to it: a single scan in a
-bare corridor fits at any place of it."""
+"""Length of the way of which the views are fitted, and distance up to which they are: a single scan in a bare
+corridor fits at any place of it."""
 _MIDDLE_M, _MOST = 8.0, 2
 """Submaps whose middle is so near may hold what the robot sees; so many are tried, and as many in wide
 searches, or the near ones that the robot has just left would always come first."""
@@ -38,21 +38,24 @@ _LAST, _LEAST_SCANS, _SURER = 2, 3, 0.1
 much more of it has to fit: nothing confirms it."""
 _REACH_M, _REACH_PER_M, _LONGEST_M = 0.4, 0.04, 5.0
 _TURN_RAD, _TURN_PER_M, _LARGEST_RAD = 0.1, 0.012, 0.8
-"""How far around the believed pose is looked: the drift of the laser odometry over a way, and more."""
+"""Bounds of the search around the believed pose: the drift of the laser odometry over a way, and more."""
 _WIDE_M = 1.0
 """From this reach on a second fit, from elsewhere, has to agree with the first one."""
 _APART_M, _FORGET_M = 0.8, 4.0
 """So far from each other the two are, and at most so far."""
 _AGREE_M, _AGREE_RAD = 0.3, 0.08
+"""Difference of the second fit from the first, at most. Chosen."""
 _COARSE = {"step": 0.1, "turn_step": 0.04, "near": 0.25}
 _FINE = {"step": 0.03, "turn_step": 0.012, "near": 0.12}
 _SPREAD = {"step": 0.1, "near": 0.25, "scale": 0.02}
 _SPREAD_M = 2.0
-"""How well it fits around, up to this far, tells how sure the fit is."""
+"""Distance up to which the fits around tell how sure the fit is."""
 _COST = 0.15
 """At the border of the search so much more of what was seen has to fit than in its middle."""
 _COARSE_BEAMS, _FINE_BEAMS, _FIT_BEAMS = 100, 150, 300
 _SIGMA_M, _INDEPENDENT_BEAMS = 0.04, 40.0
+"""Beams of the coarse search, the fine one and the fit; the error of a beam, and the number of beams that err
+on their own. Chosen."""
 _LEAST = np.diag(np.square([0.03, 0.03, 0.008]))
 """A fit is never surer: floors are not flat, doors and chairs are moved, scans take time."""
 _CACHED = 48

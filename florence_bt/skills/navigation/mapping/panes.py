@@ -36,7 +36,7 @@ gap shows free floor."""
 _BEFORE_CELLS = 3
 """So far before a surface that faces the robot the floor is free."""
 _OFFSETS_M = (0.0, -0.025, 0.025, -0.05, 0.05)
-"""Where in its cell, or beside it, a gap may lie."""
+"""Places of a gap in its cell, or beside it."""
 _NOT_IN_IT_M = 0.05
 """A scan from so near says nothing of a pane: the pose is not as exact."""
 _BESIDE_M = 0.15
@@ -44,13 +44,13 @@ _BESIDE_M = 0.15
 _SAME_M = 0.3
 """Gaps so near to each other are one."""
 _TOUCH_M, _TOUCHED_M, _FRONT_M = 0.12, 0.2, 0.2
-"""How near to a gap a touch belongs to it; half of the width of what was touched elsewhere; how far before
-the middle of the robot its bumper is."""
+"""Distance of a touch from the gap that it belongs to; half of the width of what was touched elsewhere;
+distance of the bumper before the middle of the robot."""
 _BETWEEN_SCANS_M = 1.0
 """Longer ways between two kept scans are not known to be straight."""
 _ACROSS_RAD = math.radians(35.0)
 _ACROSS = math.cos(_ACROSS_RAD)
-"""What was touched stands along the walls when it was met less askew than this."""
+"""Cosine of the angle below which a thing that was met stands along the walls."""
 
 
 @dataclass(frozen=True, slots=True)

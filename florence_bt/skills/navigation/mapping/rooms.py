@@ -28,9 +28,9 @@ Cell = tuple[int, int]
 ROBOT_RADIUS_M = Footprint.from_corners(
     corners_from_flat(FLORENCE_FOOTPRINT), FOOTPRINT_PADDING_M
 ).circumscribed_radius
-"""What Florence's robot needs around its middle to turn, metres."""
+"""Radius that Florence's robot needs around its middle to turn, metres."""
 DOOR_M = 0.5, 0.95, 1.2
-"""How wide a door is at least, ordinarily, and at most: 0.6, 0.85 and 1.1 m, and two cells of a map."""
+"""Width of a door at least, ordinarily, and at most: 0.6, 0.85 and 1.1 m, and two cells of a map."""
 _THICKEST_M = 0.3
 """A wall inside of a home is at most so thick on the map."""
 _THIN_M, _STRAIGHT_M = 0.3, 0.5
@@ -51,14 +51,15 @@ _STOOL_M, _BROAD, _SOLID = 0.8, 2.5, 0.5
 """So are pieces of at most this size, less than so many times as long as broad, that fill more than such a
 share of the rectangle round them: walls that meet do not."""
 _OUTSIDE_M = 0.4
-"""What lies outside is at least so broad."""
+"""Least breadth of an outside."""
 _ROOM_M2 = 1.5
-"""What has less free floor is no room; chosen: a toilet has as much."""
+"""Free floor below which a place is no room; chosen: a toilet has as much."""
 _PASSES_M = 0.17
 """The robot gets through where so much is free to both sides."""
 _FREE_M = 0.6
 """More free floor around a hotspot is no better."""
 _CENTRE_WEIGHT = 0.1
+"""Metres of free floor that a metre from the middle of the room is worth. Chosen."""
 _VIEW_RAD = math.radians(57.0)
 """Of the Kinect. Source: REFERENCE 5.2."""
 _MOST_SEEN = 2000
@@ -66,7 +67,7 @@ _MOST_SEEN = 2000
 _FOREIGN_M2 = 0.05
 """A rectangle is the outline of a room when it has less of the floor of other rooms."""
 _SLIT_M, _NOTCH_M, _OFF_M = 0.15, 0.5, 0.15
-"""What is narrower sticks out of no outline, or into none, and no corner is for less."""
+"""Widths below which nothing sticks out of an outline, or into it, and no corner is made."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

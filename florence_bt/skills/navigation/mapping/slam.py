@@ -24,13 +24,14 @@ from florence_bt.skills.navigation.mapping.parameters import SlamParameters
 from florence_bt.skills.navigation.mapping.pose_graph import PoseGraph, Tie
 
 _MIN_POINTS = 10
+"""Points of a scan below which nothing is fitted. Chosen."""
 _REST_M, _REST_RAD = 0.002, 0.002
+"""Motion by the odometry below which the robot stands. Chosen."""
 _LEAST = np.diag(np.square([0.01, 0.01, 0.004]))
 """A step from one kept scan to the next is never surer."""
 _TORN_M, _TORN_RAD, _TORN_WAYS, _PUT_DOWN_M = 0.4, 0.4, 25.0, 1.5
-"""How far off a scan may be that nothing ties to the last ones, besides twice the step, metres and radians;
-the metres of way that make the odometry a metre more unsure; how far off the robot may be when a drive goes
-on."""
+"""Error of a scan that nothing ties to the last ones, besides twice the step, metres and radians; the metres
+of way that make the odometry a metre more unsure; error of the robot's place when a drive goes on."""
 _LONG_M = 0.4
 """Longer steps from scan to scan are the more unsure: less of what was seen is seen again."""
 _LOOSE_M = 3.0

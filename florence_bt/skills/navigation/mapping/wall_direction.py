@@ -1,4 +1,4 @@
-"""Which way the walls of a map run, and the map turned so that they run along its axes."""
+"""The direction of a map's walls, and the map turned so that they run along its axes."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ _MOST_POINTS = 20_000
 """More cells tell nothing new."""
 _STEPS_RAD = (math.radians(1.0), math.radians(0.05))
 _SMOOTH = (0.25, 0.5, 0.25)
+"""Weights of a cell and its neighbours in a profile. Chosen."""
 _REFINED_RAD = math.radians(1.0)
 
 

@@ -17,6 +17,7 @@ CLEARABLE = 250
 """In the marks of a camera: what is above something that the laser sees, and is cleared with it. One less for
 each laser scan in a row that has seen nothing there."""
 _LEFT_AFTER = 5
+"""Looks without it after which a mark is gone. Chosen."""
 
 
 @njit(cache=True)

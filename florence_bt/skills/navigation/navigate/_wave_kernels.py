@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 OBSTACLE = 254
 """Cost from which on a cell is closed: COST_OBS of Nav2's NavFn."""
 NEUTRAL = 50
-"""What a free cell costs: COST_NEUTRAL of Nav2's NavFn."""
+"""Cost of a free cell: COST_NEUTRAL of Nav2's NavFn."""
 UNVISITED = 1e10
 """POT_HIGH of Nav2's NavFn."""
 _SHORTEST = 0.99

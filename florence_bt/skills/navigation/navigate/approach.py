@@ -25,7 +25,7 @@ from florence_bt.skills.navigation.navigate.state import Costmaps, CycleState, F
 _AT_M = 0.5
 """A person whom the camera sees so near to where the person should be is the person (REFERENCE 12.6)."""
 _CAMERA_GAP_S = 0.3
-"""When the camera has not seen the person for so long, the laser goes on."""
+"""Time without a sight of the person by the camera after which the laser goes on."""
 _COS_BEAM = math.cos(0.1)
 """Beams so near to a direction, as the cosine of the angle, look there."""
 _LEAST_M = NEAREST_M + 0.03

@@ -1,4 +1,4 @@
-"""How the skills of navigation are served."""
+"""Bindings of the skills of navigation."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Whether the robot could move: its outline over the local costmap and over the walls of the map."""
+"""Room to move: the robot's outline over the local costmap and over the walls of the map."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from florence_bt.skills.navigation.navigate._rollout_kernels import count_touche
 from florence_bt.skills.navigation.navigate.costmap import Costmap
 
 _STEP_M, _STEP_RAD = 0.025, 0.04
+"""Steps of a motion that is tried. Chosen."""
 _SECTOR_RAD = math.pi / 6.0
 
 

@@ -1,4 +1,4 @@
-"""What the bumpers and cliff sensors feel, or nothing but the wheels: back off from it, and remember it."""
+"""Contacts felt by bumpers, cliff sensors or the wheels alone: the robot backs off and remembers them."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from florence_bt.skills.navigation.navigate.parameters import RecoveryParameters
 from florence_bt.skills.navigation.navigate.state import Costmaps, CycleState
 
 _GET_OFF_TIME_S = 2.0
-"""How long backing off may take to release a bumper, whose travel is a centimetre or two."""
+"""Limit of backing off to release a bumper, whose travel is a centimetre or two."""
 _BACK_OFF_TIME_S = 25.0
 _MOST_BACK_OFFS = 3
 """So often a goal backs off from what only the bumpers feel; then it ends, as it would touch it again."""

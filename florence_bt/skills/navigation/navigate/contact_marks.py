@@ -1,4 +1,4 @@
-"""What the robot touched stays in the costmaps, whatever it drove for and however that ended."""
+"""Marks of what the robot touched: they stay in the costmaps, whatever it drove for and how that ended."""
 
 from __future__ import annotations
 

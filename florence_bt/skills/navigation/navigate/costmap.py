@@ -162,8 +162,8 @@ class Rays:
 _FAR_M = 1e-3
 """The laser filter lets a far beam end so little before the range of its sensor."""
 _FEET_M = 0.35
-"""What is marked so near to what the laser sees, and the map does not know, stands on it: body and arms of a
-person."""
+"""Distance from what the laser sees, and the map does not know, within which marks stand on it: body and arms
+of a person."""
 BODY_REACH_M = {"depth": 0.2, "overhangs": _FEET_M}
 """Source of such marks -> how near feet must be for one to stay where the laser looks through, metres: what
 is carried hangs over further."""

@@ -40,8 +40,8 @@ from florence_bt.skills.navigation.navigate.state import Costmaps, CycleState, F
 from florence_bt.skills.navigation.navigate.vacated_cells import clear_person
 
 _SURE_S = 60.0
-"""When no way is left, what was last touched, or seen of people who sit or lie, so long ago is not believed
-any more; nor is a place that was too tight then."""
+"""Age at which, when no way is left, what was touched, or seen of people who sit or lie, is not believed any
+more; nor is a place that was too tight then."""
 _RECOVERY_TIME_S = 12.0
 _LOOK_FROM_M = 1.6
 """From so far away the robot looks at what seems to stand at its goal, once no wall hides it: nearer the

@@ -1,4 +1,4 @@
-"""Where the robot was a moment ago: the floor that it may back over without seeing it."""
+"""The way just driven: the floor that the robot may back over without seeing it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where to look next while a map grows: frontiers, known free floor beside what nobody has seen yet.
+"""Exploration of a growing map: frontiers, known free floor beside what nobody has seen yet.
 
 Source: Yamauchi, A frontier-based approach for autonomous exploration, 1997.
 """

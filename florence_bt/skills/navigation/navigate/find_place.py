@@ -1,5 +1,7 @@
-"""What a robot does that has a goal and does not know where it is: it looks round and drives a little, by
-odometry and by what its sensors see now, until the localiser has found it. The map says nothing here.
+"""The search for its place of a robot that has a goal: it looks round and drives a little.
+
+It goes by odometry and by what its sensors see now, until the localiser has found it. The map says
+nothing here.
 """
 
 from __future__ import annotations
@@ -27,6 +29,7 @@ _LEAST_TURN_RAD, _LEAST_WAY_M = 0.3, 0.4
 _SPARE_M, _SPARE_RAD = 0.15, 0.1
 """A drive ends so far before what was seen, and so does a turn; chosen: room to turn beside it."""
 _HEADINGS = 16
+"""Directions that are tried for a way. Chosen."""
 
 
 class FindPlace:

@@ -19,7 +19,8 @@ _SLOWEST_MPS, _FASTEST_MPS = 0.02, 0.06
 _SLOWEST_RADPS, _FASTEST_RADPS = 0.06, 0.4
 """Slower the base would stand still."""
 _STOPS_M, _STOPS_RAD = 0.003, 0.005
-"""How far it gets on when it is told to stop at the slowest speed: a cycle of the controller, and braking."""
+"""Way that it still makes when it is told to stop at the slowest speed: a cycle of the controller, and
+braking."""
 _REST_MPS, _REST_RADPS, _REST_S = 0.005, 0.02, 0.3
 """Slower, for so long, it stands, and is measured."""
 _LEGS, _LIMIT_S = 12, 20.0

@@ -20,7 +20,7 @@ _STEP_M, _STEP_RAD = 0.1, 0.1
 _OFTEN = 2
 """In so many scans something was there."""
 _WALL_CELLS = 2
-"""What is so near to an obstacle of the map is that obstacle."""
+"""Distance from an obstacle of the map within which a mark is that obstacle."""
 _KEPT_S = 300.0
 """Somebody who stood there may have gone by then; before glass that is still there it is seen again."""
 

@@ -1,4 +1,4 @@
-"""How a goal begins: what is asked, and what there is to begin with."""
+"""The start of a goal: what is asked, and what there is to begin with."""
 
 from __future__ import annotations
 

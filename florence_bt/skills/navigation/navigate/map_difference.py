@@ -1,4 +1,4 @@
-"""What the sensors see and the map does not know."""
+"""Differences between the sensors' view and the map: what they see and it does not know."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from florence_bt.skills.navigation.navigate.costmap import Costmap
 from florence_bt.skills.navigation.navigate.state import Costmaps
 
 _MAP_MARGIN_CELLS = 2
+"""Cells around the map's obstacles that belong to them. Chosen."""
 
 
 class MapDifference:

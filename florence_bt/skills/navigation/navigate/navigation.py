@@ -42,7 +42,9 @@ from florence_bt.skills.navigation.navigate.results import NO_MAP, NO_POSE, PLAN
 from florence_bt.skills.navigation.navigate.state import CycleResult
 
 _FEEDBACK_PERIOD_S = 0.5
+"""Period of the feedback of a goal. Chosen."""
 _JUST_AFTER_S = 0.001
+"""A look at that moment itself would find the scan still new. Chosen."""
 _PREEMPTED = "preempted by a newer goal"
 OVERRIDDEN = "the manual override is on; release it first: florence release"
 

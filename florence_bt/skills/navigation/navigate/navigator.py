@@ -51,7 +51,7 @@ _CONTACTS_KEPT_S = 600.0
 """A goal that begins so long after the last contact, or after a way was too tight, does not believe in it any
 more."""
 _HANDED_ON = frozenset({"ok", "user_lost"})
-"""What a goal that ends like this knew is left to the next one."""
+"""Ends of a goal whose knowledge is left to the next one."""
 _FOUND_ELSEWHERE_M = 0.5
 """A place that jumps so far was wrong: what the sensors have marked in the map is elsewhere. Chosen: the
 localiser's largest correction of a place that is right is 0.4 m."""

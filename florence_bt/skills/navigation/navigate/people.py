@@ -1,4 +1,4 @@
-"""How the robot may drive near people: not to where they are about to be, and slower the nearer they are."""
+"""Rules for driving near people: not to where they are about to be, and slower the nearer they are."""
 
 from __future__ import annotations
 

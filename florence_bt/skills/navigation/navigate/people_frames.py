@@ -1,4 +1,4 @@
-"""Where people were seen: the frames of the user tracker say it."""
+"""Places at which people were seen, from the frames of the user tracker."""
 
 from __future__ import annotations
 

@@ -16,7 +16,7 @@ _STANDING_MPS = 0.2
 _SAME_M = 0.3
 """Two people are not so near to each other."""
 _REMEMBERED_S = 30.0
-"""Who was seen so long ago can be followed from there."""
+"""Age up to which the sight of a person can be followed."""
 _OTHERS_S = 10.0
 """For so long it is remembered where somebody was who is not followed."""
 

@@ -1,4 +1,4 @@
-"""Where somebody may be who walked out of sight, and where to look for them."""
+"""The belief where somebody may be who walked out of sight, and the places to look for them."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ _DISTANCES = np.arange(_STEP_M, _FARTHEST_M, _STEP_M)
 _SLOWEST_MPS, _BRISK_MPS = 0.25, 1.0
 """Between these somebody who left goes on, whatever their last speed seemed to be. Chosen."""
 _WALKING_MPS, _TURNED = 0.1, 0.2
-"""How likely it is that somebody who walked turns back; slower, the direction means nothing."""
+"""Probability that somebody who walked turns back; slower than the speed, the direction means nothing."""
 _SPREAD_M, _SPREAD_MPS = 0.7, 0.3
-"""How far off the guess of how far they walked is at first, and how much more each second."""
+"""Error of the guess of the way they walked at first, and its growth each second."""
 _FORGOTTEN_S = 40.0
-"""What was seen empty so long ago says nothing any more. Longer than it takes to look elsewhere:
+"""Age at which a place that was seen empty says nothing any more. Longer than it takes to look elsewhere:
 with 12 s a search went to and fro between two places."""
 _LASER_RAD, _LEGLESS = 2.0, 0.3
 """Half the view of the laser, and how likely they are where it sees no legs: it sees them not everywhere."""

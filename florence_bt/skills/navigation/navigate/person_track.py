@@ -1,4 +1,4 @@
-"""Where somebody is, how they walk and which way they came: from the sights of the user tracker."""
+"""The track of a person (place, walk and way they came) from the sights of the user tracker."""
 
 from __future__ import annotations
 

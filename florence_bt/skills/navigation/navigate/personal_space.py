@@ -9,6 +9,7 @@ from florence_bt.core.geometry import Pose2, Twist2
 NEAREST_M = 0.5
 """Between the middles."""
 _BEFORE_RAD = 1.0
+"""Bearing up to which somebody is before the robot. Chosen."""
 
 
 def keep_off(robot: Pose2, person: tuple[float, float], command: Twist2) -> Twist2:

@@ -1,4 +1,4 @@
-"""What it costs to pass somebody: a Gaussian round each person, stretched to where they walk."""
+"""The cost of passing somebody: a Gaussian round each person, stretched to where they walk."""
 
 from __future__ import annotations
 

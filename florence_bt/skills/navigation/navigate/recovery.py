@@ -1,4 +1,4 @@
-"""When a drive recovers, and how: the state machine of move_base as a table, and what counts as progress.
+"""Recovery of a drive: the state machine of move_base as a table, and what counts as progress.
 
 Source: REFERENCE 7.3.
 """

@@ -31,7 +31,7 @@ _WORTH_LOOKING = 0.03, 0.06, 0.12
 and so on; else, and after so many looks from one place, it drives on."""
 _SAME_PLACE_M = 0.5
 _CHOICE_S = 2.5
-"""How long it stays with a place to drive to, at least."""
+"""Least time that it stays with a place to drive to."""
 _NO_WAY_S = 15.0
 """A search in which the robot cannot move for so long is over."""
 

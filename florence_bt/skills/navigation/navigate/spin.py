@@ -38,7 +38,7 @@ class SpinParameters(CheckedParameters):
 
 
 _BRAKING_RAD = 0.02
-"""How far the robot turns on at the slowest speed: a cycle of the controller, and braking."""
+"""Turn that the robot still makes at the slowest speed: a cycle of the controller, and braking."""
 AT_REST_TURN_SPEED = 0.03
 """rad/s; slower counts as standing."""
 

@@ -17,6 +17,7 @@ from florence_bt.skills.navigation.navigate.planner import Plan
 from florence_bt.skills.robot_description.room import RUN_UPS_M
 
 _STEP_M = 0.05
+"""Steps of a way that is tried. Chosen."""
 _HEADINGS = tuple(math.radians(15.0 * step) for step in range(24))
 _BESIDE_M = 0.04
 LINED_UP_RAD = 0.2

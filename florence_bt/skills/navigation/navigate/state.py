@@ -1,4 +1,4 @@
-"""What a goal is told in each cycle, and what it answers."""
+"""Input and answer of a goal in each cycle."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where to go so that somebody can pass who stands before the robot."""
+"""Places to step aside to, so that somebody can pass who stands before the robot."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _KEEP_OFF_M = 0.5
 """The robot does not come so near to the middle of the person. Chosen: the safe distance of document, table
 13."""
 _LEAST_ROOM_M, _ENOUGH_ROOM_M = 0.35, 0.9
-"""Where nothing is so near the robot can turn, and somebody passes on either side."""
+"""Distances of the nearest obstacle from which on the robot can turn, and somebody passes on either side."""
 _WAY_PER_ROOM = 0.12
 """So many metres more of room are worth one metre more of way."""
 

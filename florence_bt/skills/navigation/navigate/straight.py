@@ -21,6 +21,7 @@ _KEPT_AHEAD_M, _KEPT_BEHIND_M = 0.03, 0.1
 """It stops so far before that: the step in which a way is looked at, and what it takes to stop. Behind it,
 where only the map tells, the error of the localisation comes to that."""
 _AT_REST_MPS = 0.02
+"""Speed below which the robot has stopped. Chosen."""
 
 
 class StraightDrive(NavigationGoal):

@@ -27,13 +27,15 @@ _STRETCH_M = 0.3
 _ASIDE_M = 0.5
 """The free width is measured so far to each side ..."""
 _STEP_M = 0.025
+"""Step across a way, in which the room beside it is measured. Chosen."""
 _BESIDE_M = np.arange(_STEP_M / 2.0, _ASIDE_M, _STEP_M)
 _ALONG_M = np.linspace(-0.2, 0.3, 11)
 """... where it is least along the robot, from its rear to before its front."""
 _WIDER_M = 0.15
 """A place that has got so much wider is another one. Chosen: marks of a cell come and go on both sides."""
 _SAME_M = 0.1
-"""What is so much wider on the map alone is as narrow there: marks make walls a cell thicker on each side."""
+"""Gain in width on the map alone up to which a place is as narrow there: marks make walls a cell thicker on
+each side."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,4 @@
-"""Where people have walked: what the camera marked there was they, and they have left."""
+"""Cells where people have walked: what the camera marked there was they, and they have left."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from florence_bt.skills.navigation.navigate.state import Costmaps
 CAMERA_SOURCES = "depth", "overhangs", BODIES
 """The sources of scans whose marks of somebody stay when the camera looks elsewhere, or is too near."""
 BODY_M = 0.35
-"""What was marked so near to the middle of somebody was that person: shoulders and arms, and the error of
-where they were seen. Chosen."""
+"""Distance from the middle of somebody within which marks were that person: shoulders and arms, and the error
+of where they were seen. Chosen."""
 _LEFT_M = 0.6
 """Somebody so far away has left a place: body and a step."""
 _STEP_M = 0.1

@@ -31,6 +31,7 @@ _BRAKING_MPS2, _REACTION_S = 0.5, 0.3
 """So the robot brakes before a slow zone: as the controller (``acc_lim_x``), half of what the filter allows.
 A command is in force two cycles after the place that it was chosen for."""
 _STEP_M = 0.03
+"""Step along a way. Chosen."""
 
 
 class ZoneLayer:

@@ -1,4 +1,4 @@
-"""How the skill that proposes where to approach a user is served."""
+"""Bindings of the skill that proposes where to approach a user."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where to stand in front of a person: three proposals at a safe distance, then as near as possible.
+"""Poses in front of a person: three proposals at a safe distance, then as near as possible.
 
 Pure functions.
 """
@@ -27,6 +27,7 @@ POLITE_TRIALS, NEAREST_TRIALS = len(ANGLE_OFFSETS), 3
 """So many trials at the safe distance, then so many places as near as the robot gets."""
 TRIALS = POLITE_TRIALS + NEAREST_TRIALS
 MINIMUM_SAFE_DISTANCE, MAXIMUM_SAFE_DISTANCE = 0.3, 2.0
+"""Metres; the bounds of a safe distance that is given. Chosen."""
 LETHAL_COST = 99
 """Occupancy value (0..100) from which the robot would touch something; costmap value 253, REFERENCE 12.8."""
 RESERVE = 0.06
@@ -35,20 +36,21 @@ With half a cell alone the robot often stood at the place without room to turn t
 SHORT = 0.1
 """The share of the safe distance by which the robot may stop before a place at that distance."""
 _STOPS = (0.0, 1 / 3, 2 / 3)
-"""Where before a place the robot may have to stop, as parts of ``blocked_xy_tolerance``, and at all of it."""
+"""Places before a place where the robot may have to stop, as parts of ``blocked_xy_tolerance``; and at all of
+it."""
 RUN_UP = RUN_UPS_M[0]
 """Metres: a place without room to turn is entered straight, from one with room so far before it."""
 FARTHEST = 2.5
 """Metres; further away is not in front of a person."""
 WAY_WEIGHT = 0.05
-"""What a metre of way is worth, in metres nearer to the person."""
+"""Worth of a metre of way, in metres nearer to the person."""
 TURN_WORTH = 0.25
-"""What room to turn is worth, in metres nearer to the person."""
+"""Worth of room to turn, in metres nearer to the person."""
 WAY_WORTH = 1.0
-"""What a way with room to turn, but for the run-up, is worth, in metres nearer to the person: in a narrow one
-the robot may get stuck."""
+"""Worth of a way with room to turn, but for the run-up, in metres nearer to the person: in a narrow one the
+robot may get stuck."""
 SIGHT_WORTH = 0.5
-"""What it is worth that nothing stands between the place and the person, in metres nearer to the person."""
+"""Worth of a free line of sight between the place and the person, in metres nearer to the person."""
 _AROUND, _DETOUR = 0.95, 0.3
 """Metres: the way to a place leads no further from the person than the safe distance and the first, or than
 the robot is and the second. Somebody in a bed at a wall would otherwise be met from the room behind it."""

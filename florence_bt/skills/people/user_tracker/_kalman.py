@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 F64 = NDArray[np.float64]
 
 _SEES_POSITION = np.eye(2, 4)
+"""The matrix of a measurement: it is of the first two numbers of the state."""
 WALKING_SPEED = 0.7
 """Standard deviation of the speed of somebody who was just seen first, m/s."""
 

@@ -9,9 +9,11 @@ from numpy.typing import NDArray
 from florence_bt.core.sensing import ColourImage
 
 HUE_BINS, SATURATION_BINS = 16, 8
+"""REFERENCE 12.9."""
 MINIMUM_VALUE = 0.15
 """Darker or paler pixels have no usable hue (V and S as parts of one); REFERENCE 12.9."""
 MINIMUM_PIXELS = 30
+"""Pixels of a band that have a colour; fewer say nothing of it. Chosen."""
 BANDS = ((0.1, 0.6), (0.6, 1.0), (1.0, 1.5))
 """Heights above the floor, metres: of somebody near by the camera sees the trousers only, of others the shirt
 too. Only what both pictures show is compared."""

@@ -1,4 +1,4 @@
-"""How the skills of the user tracker are served."""
+"""Bindings of the skills of the user tracker."""
 
 from __future__ import annotations
 

@@ -16,7 +16,9 @@ from florence_bt.skills.people.user_tracker.detector import Detection
 
 _STEP_RAD = math.radians(0.5)
 _BEAMS = 360
+"""Of half a circle. Chosen: 4 cm apart at the end of the range."""
 _NEAREST_M, _FARTHEST_M = 0.25, 4.5
+"""The nearest is chosen; the farthest is that of the people who are tracked (REFERENCE 12.9)."""
 
 
 def body_scan(found: Sequence[Detection], stamp: float, frame_id: str) -> LaserScan:

@@ -1,4 +1,4 @@
-"""What a depth picture says of a place: something is there, it is free, or it is not in the picture."""
+"""The view of a place in a depth picture: something is there, it is free, or it is not in the picture."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _BODY_M = 0.15
 UPRIGHT = (0.4, 1.1)
 """Heights above the floor between which whoever stands or sits would be seen, metres."""
 _BEYOND_M = 0.2
-"""What is seen so far beyond the middle of a place, through it, shows that nobody is there."""
+"""Distance beyond the middle of a place at which things seen through it show that nobody is there."""
 _FREE = 0.7
 """So large a part of the pixels that look at a place must look through it. Chosen: the back of an armchair
 and somebody half beside the place take a part of them."""

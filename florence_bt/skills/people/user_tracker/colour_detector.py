@@ -26,7 +26,7 @@ SIZE = 256
 HEAT, EXTENT = "tower_0/keypoints", "tower_0/wh"
 """Its outputs: how probable each of 80 kinds of things has its middle there; how far it reaches from there to
 the left, up, right and down, in pixels of the input."""
-STRIDE = 4
+HEAT_STRIDE = 4
 """It answers for every fourth column and row."""
 PERSON = 0
 """The kind; those of COCO in its order."""
@@ -102,7 +102,7 @@ class ColourDetector:
         given = cv2.resize(part, (SIZE, SIZE), interpolation=cv2.INTER_AREA if shrinks else cv2.INTER_LINEAR)
         self._network.setInput(cv2.dnn.blobFromImage(given))
         (heat,), (extent,) = self._network.forward([HEAT, EXTENT])
-        rows, columns = STRIDE * np.indices(heat.shape[1:], np.float32)
+        rows, columns = HEAT_STRIDE * np.indices(heat.shape[1:], np.float32)
         left, up, right, down = extent
         boxes = np.stack([columns - left, rows - up, columns + right, rows + down])
         return heat[PERSON], boxes.clip(0, SIZE)

@@ -37,7 +37,8 @@ _UPPER_BODY = 0.6
 _ROBOT_TOP = 1.0
 """Metres above the floor; what is higher does not meet the robot."""
 _EDGE = 0.03
-"""What is so near to a side of the picture, or its bottom, may go on beyond; as a share of its size."""
+"""Distance from a side of the picture, or its bottom, within which things may go on beyond; a share of its
+size."""
 _FEW_VOTES = 3
 """So many votes at an edge of the picture are no longer single points."""
 _TALLEST_SEATED = 1.3
@@ -45,7 +46,7 @@ _TALLEST_SEATED = 1.3
 the head. Of 21 simulated people on stools 0.55 to 1.5 m away whose heads were above the picture the
 network took 12 for standing and one for lying."""
 _FLOOR_M, _NOBODY = 0.04, 0.2
-"""What is so near to the height of the floor, metres, and less likely a person than that, is the floor."""
+"""Height above the floor, metres, and probability of a person; what is below both is the floor."""
 _AROUND_M = 1.5
 """The floor so far around somebody who lies tells where they do not, metres."""
 _TOP_PERCENT = 98.0

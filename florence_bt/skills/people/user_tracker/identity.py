@@ -17,7 +17,8 @@ from florence_bt.skills.people.user_tracker.returning import (
 )
 
 NEARBY = 2.0
-"""Whose colours are known and not seen is recognised by place only within this many ``return_margin``."""
+"""Distance, in ``return_margin``, of a recognition by place only, for people whose known colours are not
+seen."""
 TOO_FAR = 1.5
 """Whoever would have walked so many times as far as people do is somebody else in like clothes."""
 CLEARLY = 2.0

@@ -1,4 +1,4 @@
-"""What the map says about a picture or a scan: whatever stands where the map has a wall is the wall.
+"""Known obstacles in a picture or a scan: whatever stands where the map has a wall is the wall.
 
 Whoever seems to stand behind the walls, where the map knows nothing, may be a reflection in a mirror.
 """
@@ -16,7 +16,7 @@ from florence_bt.core.table_legs import with_tables
 from florence_bt.core.transforms import Transform3
 
 _MARGIN_CELLS, _CROSS = 2, cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))
-"""What is so near to something of the map may be that."""
+"""Cells around something of the map within which things may be that."""
 _FAR_M = 1e-3
 """A beam that is so much shorter than the longest, and longer, met nothing (REFERENCE 6.4)."""
 SMALLEST_PIECE = 0.2

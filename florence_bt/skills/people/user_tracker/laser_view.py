@@ -1,4 +1,4 @@
-"""What a laser scan says of a place: nobody stands there when its beams go through."""
+"""The view of a place in a laser scan: nobody stands there when its beams go through."""
 
 from __future__ import annotations
 

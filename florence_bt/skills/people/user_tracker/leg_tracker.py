@@ -21,7 +21,7 @@ from florence_bt.skills.people.user_tracker.standing_things import StandingThing
 from florence_bt.skills.people.user_tracker.track import Track
 
 _CAMERA_GAP_S = 0.3
-"""When the camera has not seen somebody for so long, the laser goes on."""
+"""Time without a sight by the camera after which the laser goes on."""
 _LEGS_ALONE_S, _EXPECTED_S = 6.0, 0.7
 """So long after the camera saw somebody, legs count as theirs that are where they should be; nobody knows
 where that is of whom nothing was noticed for the second time."""

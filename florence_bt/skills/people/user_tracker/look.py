@@ -22,9 +22,9 @@ from florence_bt.skills.people.user_tracker.laser_view import LaserView
 from florence_bt.skills.people.user_tracker.parameters import LookParameters
 
 _REMEMBERED_S = 60.0
-"""Where somebody was found so long ago says nothing any more."""
+"""Age at which the place where somebody was found says nothing any more."""
 _FLOOR_M, _BODY_M = 0.05, 0.25
-"""What is lower is the floor; how thick somebody is who lies; metres."""
+"""Height of the floor at most, and thickness of somebody who lies; metres."""
 _Sample = tuple[float, TrackedUser]
 """Time and what the tracker said."""
 
@@ -33,7 +33,7 @@ GOAL_LIMITS = {
     "user_id": Port(Kind.INTEGER, "", 0, 0),
     **dict.fromkeys(("x", "y"), Port(Kind.LENGTH, "", 0.0)),
 }
-"""What a goal of look_for_user may hold, whoever sends it; a window of 0 is the default."""
+"""Limits of a goal of look_for_user, whoever sends it; a window of 0 is the default."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,7 +103,7 @@ class LookForUser:
 
     @property
     def started(self) -> float:
-        """When the look began, seconds; pictures of before are none of it."""
+        """Return when the look began, seconds; pictures of before are none of it."""
         return self._started
 
     @property
@@ -113,12 +113,12 @@ class LookForUser:
 
     @property
     def pictures(self) -> int:
-        """How many pictures were looked at so far."""
+        """Count the pictures that were looked at so far."""
         return self._pictures
 
     @property
     def users_seen(self) -> int:
-        """How many people were seen so far."""
+        """Count the people who were seen so far."""
         return len(self._samples)
 
     def start(self, now: float, window_s: float, wanted: Wanted | None = None) -> None:

@@ -1,4 +1,4 @@
-"""Where somebody lies: from all pictures of them, as they do not move.
+"""The place of somebody who lies: from all pictures of them, as they do not move.
 
 From nearby, where only a part of them is in the picture, the network takes the middle of that for theirs: it
 is a quarter of a metre off along the body, and more; in a bed also in pictures of the whole, towards the
@@ -27,7 +27,7 @@ _MOVED_M = 0.5
 """A person seen so far away from where they lay lies somewhere else now, or is somebody else, unless what is
 seen is a part of the same body."""
 _KNOWN_SHARE = 0.5
-"""What has that much of its outline where somebody is known to lie is they, whatever its middle."""
+"""Share of an outline at a known place of somebody who lies from which it is they, whatever its middle."""
 _MOST, _KEPT_S = 20, 600.0
 """So many bodies are remembered, and one for so long after it was seen last: they may lie otherwise then, and
 the odometry has drifted. Chosen."""
@@ -38,8 +38,9 @@ _HEIGHTS = 9
 _STRAY_PERCENT = 1.0
 """Of the places at each end of a body, so many may be something else."""
 _SHORTEST_M, _LONGEST_M, _WIDEST_M = 0.7, 2.1, 0.8
+"""Lengths and width of what can be somebody who lies. Chosen."""
 _CLEAR_CELLS = 3
-"""What is shown at the end of a body is its end when the body does not go on so near to it."""
+"""Cells beyond an end that is shown, in which a body that ends there does not go on."""
 _HALF_M = 0.85
 """Half of an adult."""
 _END_M, _WIDE_M, _TO_HEAD_M = 0.2, 0.5, 0.15
@@ -49,13 +50,13 @@ head does beyond what is seen of it on a pillow."""
 FLOOR_HEIGHT = 0.5
 """Metres; a person on the floor is nowhere higher than this; on a bed or a sofa they are."""
 _CHILDREN = 0.25
-"""What share of people is a child, at the most: those are shorter than the adults of ``_LENGTHS_M``."""
+"""Share of children among people, at most: those are shorter than the adults of ``_LENGTHS_M``."""
 _LENGTHS_M = np.arange(0.9, 2.05, 0.1)
 _LENGTH_ODDS = np.where(_LENGTHS_M < 1.45, _CHILDREN / 6, (1.0 - _CHILDREN) / 6)
 _MIDDLES_M = np.arange(-1.5, 1.51, _CELL_M)
 _REACH_CELLS = 60
-"""How long a body may be, how likely that is, and where along what is seen its middle may be; and so far to
-each side of what is seen the floor counts."""
+"""Lengths of a body, their probabilities, and places of its middle along what is seen; and the distance to
+each side of what is seen in which the floor counts."""
 _MISSED, _FLOOR_WITHIN = 1.5, 0.8
 """By so much the logarithm of the probability drops for every 5 cm of the body that would not be covered, and
 for every 5 cm of floor that would: single pictures may be wrong. Chosen; twice as much changes little."""
@@ -131,7 +132,7 @@ class LyingBody:
 
     @property
     def _shown(self) -> set[Cell]:
-        """Where pictures show the body, and not more of them the floor."""
+        """Return where pictures show the body, and not more of them the floor."""
         return {cell for cell, count in self._inside.items() if count >= max(_SIGHTINGS, self._floor[cell])}
 
     def _middle_on_floor(self) -> tuple[float, float] | None:

@@ -1,4 +1,4 @@
-"""Where somebody was seen from far away, and from nearby something else stands: a plant, a coat stand.
+"""Places where somebody was seen from far away, and from nearby something else stands: a plant, a coat stand.
 
 From far away it would be taken for a person again and again, and each time the robot would drive there.
 """
@@ -17,8 +17,8 @@ from florence_bt.skills.people.user_tracker.parameters import TrackerParameters
 _BEARING = math.radians(20.0)
 """So far from its axis the camera sees the whole of what stands nearby."""
 _SURER = 0.03
-"""Who is seen with so much more confidence than the thing ever was is no thing. A coat stand 3.2 and 3.8 m
-away in the simulation: 0.83 at most; who stands at its place: 0.91 and 0.83 on average."""
+"""Confidence above the thing's highest with which somebody is no thing. A coat stand 3.2 and 3.8 m away in
+the simulation: 0.83 at most; who stands at its place: 0.91 and 0.83 on average."""
 
 
 @dataclass(slots=True)

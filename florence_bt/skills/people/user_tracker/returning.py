@@ -1,4 +1,4 @@
-"""Whether somebody who appears can be somebody who was lost: by place and time, height and posture."""
+"""The match of somebody who appears with somebody who was lost: by place and time, height and posture."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What stands around and is none of the people who are tracked."""
+"""Standing things, which are none of the people who are tracked."""
 
 from __future__ import annotations
 

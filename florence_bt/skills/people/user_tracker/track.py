@@ -128,7 +128,7 @@ class Track:
 
     @property
     def denied(self) -> bool:
-        """Whether the verifier has looked often enough and never seen a person, nor has it walked."""
+        """Tell whether the verifier has looked often enough and never seen a person, nor has it walked."""
         return not self._agreed and self._rejections >= self._params.rejections and not self.has_walked
 
     def is_a_person(self, now: float) -> bool:
@@ -141,7 +141,7 @@ class Track:
 
     @property
     def has_walked(self) -> bool:
-        """Whether it has gone so far that it is no thing."""
+        """Tell whether it has gone so far that it is no thing."""
         first = self._first[1]
         return math.dist((first.x, first.y), self.filter.state[:2]) >= self._params.walked
 
@@ -166,11 +166,11 @@ class Track:
 
     @property
     def last(self) -> Sighting:
-        """When and from where the camera saw it last, with where it should be by now."""
+        """Return when and from where the camera saw it last, with where it should be by now."""
         return Sighting(self.seen, replace(self.as_user(), distance=self.distance), self.surest)
 
     @property
     def came(self) -> Sighting:
-        """Where and when it was seen first, with what is known by now."""
+        """Return where and when it was seen first, with what is known by now."""
         time, detection = self._first
         return Sighting(time, replace(self.as_user(), x=detection.x, y=detection.y), self.surest)

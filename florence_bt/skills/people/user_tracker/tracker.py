@@ -56,7 +56,7 @@ class UserTracker:
         self._next_device_id = 1
         self._last = -math.inf
         self.running = False
-        """Whether pictures are wanted."""
+        """Pictures are wanted."""
 
     def start(self) -> None:
         """Begin with no people and device ids from 1. The colours of people known before are kept, and the
@@ -129,7 +129,7 @@ class UserTracker:
 
     @property
     def undecided(self) -> bool:
-        """Whether the last image showed somebody who is not confirmed yet, and may be."""
+        """Tell whether the last image showed somebody who is not confirmed yet, and may be."""
         return any(not track.denied and not self._is_rejected(track) for track in self._unconfirmed())
 
     @property
@@ -303,8 +303,8 @@ def on_the_floor(users: Iterable[TrackedUser]) -> bool:
 
 ZERO_RADIUS = 0.5
 """Metres; the minimum range of the Kinect."""
-FARTHEST = 4.5
-OLDEST_S = 0.5
+FARTHEST_USER, OLDEST_S = 4.5, 0.5
+"""Metres and seconds; whoever is farther away, or was seen longer ago, is dropped (REFERENCE 12.9)."""
 
 
 def filter_users(
@@ -312,7 +312,7 @@ def filter_users(
     ages_s: Mapping[int, float] | None = None,
     *,
     zero_radius: float = ZERO_RADIUS,
-    farthest: float = FARTHEST,
+    farthest: float = FARTHEST_USER,
     oldest_s: float = OLDEST_S,
 ) -> tuple[TrackedUser, ...]:
     """Drop everybody who is not really there; the order stays.

@@ -62,7 +62,7 @@ EMPTY_PICTURE = DepthImage(
 )
 MOST_WAIT_S = 2.0
 """A picture waits this long for the pose it was taken at; the robot was somewhere else by then."""
-MOST_WAITING = 10
+MOST_IMAGES_WAITING = 10
 """Pictures that wait so at most (chosen: 0.3 MB each); of more, the newest are left out."""
 
 
@@ -287,7 +287,7 @@ class UserTracking:
             return
         before = self._waiting[-1].stamp if self._waiting else self._last_stamp
         too_soon = 0.0 <= picture.stamp - before < self._params.period_s
-        if not too_soon and len(self._waiting) < MOST_WAITING:
+        if not too_soon and len(self._waiting) < MOST_IMAGES_WAITING:
             self._waiting.append(picture)
         ready = self._take_ready(picture.stamp)
         if ready is not None:

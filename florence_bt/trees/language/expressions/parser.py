@@ -201,11 +201,11 @@ def closing_brace(text: str, start: int) -> int | None:
 
 
 MAX_LENGTH = 1000
-"""How many characters an expression has at most."""
+"""Characters that an expression has at most."""
 MAX_TOKENS = 200
-"""How many words, numbers and signs it has at most."""
+"""Words, numbers and signs that it has at most."""
 MAX_NESTING = 32
-"""How deep parentheses, signs and functions are nested at most."""
+"""Levels to which parentheses, signs and functions are nested at most."""
 
 COMPARISONS = ("==", "!=", "<", "<=", ">", ">=", "in")
 POSE_PARTS = ("x", "y", "yaw")
@@ -214,7 +214,7 @@ FUNCTIONS = {"abs": 1, "min": 2, "max": 2, "count": 1, "distance": 2, "bearing":
 _OTHER_FUNCTIONS = by_spelling(
     {"count": ("len", "length", "size"), "the skill pick_random": ("random", "rand", "choice")}
 )
-"""What other languages call the functions, and what stands here in place of one."""
+"""Other languages' names of the functions, and what stands here in place of one."""
 _WORDS = ("and", "or", "not", "in", "true", "false")
 _OTHER_WORDS = {"is": "==", "equals": "==", "eq": "==", "isnt": "!=", "ne": "!=", "lt": "<", "gt": ">"}
 
@@ -248,10 +248,11 @@ def parse_expression(
         raise problem_at(start, problem, "set: a part of it to a key first")
     positions = PositionMap(start, exact=exact)
     tokens = tokenize(text, positions)
-    if len(tokens) > MAX_TOKENS:
-        problem = f"an expression of {len(tokens) - 1} words and signs; at most {MAX_TOKENS} are read"
+    words = len(tokens) - 1  # the last one stands for the end
+    if words > MAX_TOKENS:
+        problem = f"an expression of {words} words and signs; at most {MAX_TOKENS} are read"
         raise problem_at(start, problem, "set: a part of it to a key first")
-    if len(tokens) == 1:
+    if not words:
         raise problem_at(start, "an expression is missing", "$distance < 1 m", "$found and not $done")
     begin = positions.at(len(text) - len(text.lstrip()))
     term = _ExpressionParser(tokens, constants).whole()

@@ -226,6 +226,7 @@ _LOOSENESS = {"or": 1, "and": 2, "not": 3, "+": 5, "-": 5, "*": 6, "/": 6}
 _COMPARISON = 4
 _MINUS = 7
 _TIGHT = 8
+"""Places in the order of :data:`_LOOSENESS`, a higher one binding tighter."""
 
 
 def print_term(term: Term) -> str:

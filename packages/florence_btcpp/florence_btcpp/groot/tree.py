@@ -16,7 +16,7 @@ CALL = "CallMission"
 NAMES = {"Selector": "Fallback", "CountingParallel": "Parallel"}
 """Our class -> what is the same there, where its name is another."""
 FORGETFUL = {"Sequence": "ReactiveSequence", "Fallback": "ReactiveFallback"}
-"""What it is without memory."""
+"""Names of those without memory."""
 
 
 @dataclass(frozen=True, slots=True)

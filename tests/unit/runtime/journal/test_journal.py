@@ -10,6 +10,7 @@ from florence_bt.core.geometry import Pose2
 from florence_bt.runtime.events import EventKind, RunEvent
 from florence_bt.runtime.journal import JOURNAL_FILE, Journal, JournalParameters, JournalReader
 from florence_bt.runtime.journal.schema import VERSION, JournalBroken
+from florence_bt.runtime.journal.store import Store
 from florence_bt.runtime.journal.text import journal_text, timeline
 from florence_bt.runtime.run import MissionRequest, MissionRun, RunStatus
 
@@ -229,12 +230,12 @@ def test_a_folder_that_cannot_be_made_is_told_once(tmp_path):
     assert len(told) == 1 and "cannot be written" in told[0]
 
 
-def test_a_disk_that_hangs_holds_an_acknowledgement_up_only_so_long(tmp_path):
+def test_a_disk_that_hangs_holds_an_acknowledgement_up_only_so_long(tmp_path, monkeypatch):
     journal = Journal(tmp_path, JournalParameters(flush_limit_s=0.05), background=True)
     whole_run(journal, 1)
     hung = threading.Event()
-    apply = journal._guard._store.apply
-    journal._guard._store.apply = lambda jobs: (hung.wait(300.0), apply(jobs))
+    apply = Store.apply
+    monkeypatch.setattr(Store, "apply", lambda disk, jobs: (hung.wait(300.0), apply(disk, jobs)))
     whole_run(journal, 2)  # two acknowledgements: returns after 0.1 s, not after 300
     hung.set()
     journal.close()

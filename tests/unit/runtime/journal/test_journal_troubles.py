@@ -79,20 +79,20 @@ def test_a_value_that_cannot_be_written_does_not_end_the_thread_that_writes(tmp_
     assert any("cannot keep an event" in text and "RecursionError" in text for text in told)
 
 
-def test_a_disk_that_fails_among_single_jobs_loses_none_of_them(tmp_path):
+def test_a_disk_that_fails_among_single_jobs_loses_none_of_them(tmp_path, monkeypatch):
     told = []
     journal = Journal(tmp_path, JournalParameters(busy_s=0.0), on_trouble=told.append)
     tell = teller(journal)
     run = begin(tell, 1)
-    apply, calls = journal._guard._store.apply, []
+    apply, calls = store.Store.apply, []
 
-    def fails_once(jobs):
+    def fails_once(disk, jobs):
         calls.append(len(jobs))
         if len(calls) == 3:
             raise sqlite3.OperationalError("disk I/O error")
-        return apply(jobs)
+        return apply(disk, jobs)
 
-    journal._guard._store.apply = fails_once
+    monkeypatch.setattr(store.Store, "apply", fails_once)
     for node in ("a", "torn \ud800", "b", "c"):
         journal.write(
             run, RunEvent(1.0, run.run_id, EventKind.NODE, {"node": node, "old": "INVALID", "new": "RUNNING"})
@@ -136,15 +136,15 @@ def test_old_runs_are_dropped_though_no_process_lives_long(tmp_path):
     assert len(states(tmp_path)) <= 11
 
 
-def test_an_acknowledgement_that_is_not_safe_is_told(tmp_path):
+def test_an_acknowledgement_that_is_not_safe_is_told(tmp_path, monkeypatch):
     told = []
     # A disk that is slow by itself is none that hangs.
     patient = JournalParameters(flush_limit_s=300.0)
     journal = Journal(tmp_path, patient, background=True, on_trouble=told.append)
     tell = teller(journal)
     run = begin(tell, 1)
-    hung, apply = threading.Event(), journal._guard._store.apply
-    journal._guard._store.apply = lambda jobs: (hung.wait(300.0), apply(jobs))
+    hung, apply = threading.Event(), store.Store.apply
+    monkeypatch.setattr(store.Store, "apply", lambda disk, jobs: (hung.wait(300.0), apply(disk, jobs)))
     journal._parameters = replace(patient, flush_limit_s=0.02)
     tell(run, EventKind.PAUSED, reason="x")
     tell(run, EventKind.RESUMED)

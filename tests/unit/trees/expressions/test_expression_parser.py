@@ -128,6 +128,24 @@ def test_a_long_chain_of_the_allowed_length_works():
     assert len(list(print_term(parse_expression(text).term))) == 4 * (MAX_TOKENS // 2 - 1) - 3
 
 
+@pytest.mark.parametrize(
+    "text",
+    [
+        "1".ljust(MAX_LENGTH),
+        "-" + "+".join(["1"] * (MAX_TOKENS // 2)),
+        "(" * MAX_NESTING + "1" + ")" * MAX_NESTING,
+        "-" * MAX_NESTING + "1",
+    ],
+)
+def test_what_is_as_large_as_is_allowed_is_read(text):
+    parse_expression(text)
+
+
+def test_words_and_signs_are_counted_as_the_message_says():
+    with pytest.raises(ConfigError, match=f"of {MAX_TOKENS + 1} words and signs; at most {MAX_TOKENS} are"):
+        parse_expression("+".join(["1"] * (MAX_TOKENS // 2 + 1)))
+
+
 def test_every_part_knows_its_place():
     expression = parse_expression("$a.x + min($b, 2 m) > -$c", Position(7, 11))
     assert [(key.key, key.position.line, key.position.column) for key in keys_of(expression.term)] == [

@@ -1,4 +1,4 @@
-"""How fast to drive behind somebody who is to be a certain distance away.
+"""The law of the speed behind somebody who is to be a certain distance away.
 
 The law of the document, with the person's own velocity added, so that the robot does not lag behind.
 
@@ -14,7 +14,7 @@ from florence_bt.core.geometry import Pose2, Twist2
 from florence_bt.skills.navigation.navigate.following.task import FollowTask
 
 _NEAREST_M = 0.5
-"""Who walks past nearer than this is not turned after any faster."""
+"""Distance below which a person who walks past is not turned after any faster."""
 
 
 def velocity_straight(task: FollowTask, robot: Pose2, distance: float, bearing: float) -> Twist2:

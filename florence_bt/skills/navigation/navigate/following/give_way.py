@@ -18,7 +18,8 @@ _ASIDE_AFTER_S, _ASIDE_S, _ASIDE_MORE_M = 2.0, 15.0, 0.3
 much further away than it follows."""
 _ARRIVED_M = 0.1
 _WAITS_S, _STAYS_M = 6.0, 0.25
-"""Who stands before the robot for so long, and goes no further than this, waits for it to let them pass."""
+"""Time that somebody stands before the robot, and the way that they go at most, when they wait for it to let
+them pass."""
 
 
 class GiveWay:

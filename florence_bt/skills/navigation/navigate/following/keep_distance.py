@@ -16,7 +16,7 @@ from florence_bt.skills.navigation.navigate.following.trail_follower import Trai
 from florence_bt.skills.navigation.navigate.state import CycleState
 
 _BEFORE_RAD = 1.0
-"""Who is further to the side does not come towards the robot: they walk past it."""
+"""Angle beyond which a person does not come towards the robot: they walk past it."""
 _BLOCKED_S = 20.0
 """The person is in sight, but there is no way to them for so long."""
 

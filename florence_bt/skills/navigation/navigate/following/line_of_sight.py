@@ -13,10 +13,11 @@ from florence_bt.skills.navigation.navigate.following.task import FollowTask
 from florence_bt.skills.navigation.navigate.state import CycleState
 
 PERSON_M = 0.6
-"""What the sensors have marked so near to the person is the person."""
+"""Distance from the person within which the sensors' marks are the person."""
 OWN_PLACE_M = 0.2
 """A line is looked at from here on; the robot itself stands on what lies before."""
 _STEP_M = 0.05
+"""Step along a line of sight. Chosen."""
 
 
 def is_line_free(

@@ -1,4 +1,4 @@
-"""What the robot may drive now while it follows somebody, and turns in place."""
+"""Motions that are allowed now while the robot follows somebody, and turns in place."""
 
 from __future__ import annotations
 

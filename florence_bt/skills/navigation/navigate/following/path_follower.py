@@ -19,7 +19,7 @@ from florence_bt.skills.navigation.navigate.planner import plan_path
 from florence_bt.skills.navigation.navigate.state import CycleState
 
 _PERIOD_S = 0.5
-"""How often a path is planned: the person walks on."""
+"""Period of planning a path: the person walks on."""
 _FORGET_AFTER_S, _FORGET_M = 2.0, 3.0
 """Without a way for so long, the robot forgets where people stood up to so far away: whoever still stands
 there is marked anew. A table's corner that the camera has seen stays until its place is seen free."""

@@ -1,4 +1,4 @@
-"""What every goal does that is about a person: recover from contacts, and keep off the person."""
+"""Common base of the goals about a person: recover from contacts, and keep off the person."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from florence_bt.skills.navigation.navigate.state import CycleState, Feedback
 _MINDED_S = 6.0
 """The robot keeps off the place of a person who was not seen for so long. Chosen."""
 _STUCK_S = 1.0
-"""When no wanted motion is free for so long, the robot backs out a little."""
+"""Time without a free motion, of those wanted, after which the robot backs out a little."""
 
 
 class PersonGoal(NavigationGoal):

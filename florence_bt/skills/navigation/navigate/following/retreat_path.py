@@ -18,7 +18,7 @@ _STRAIGHT_RAD = 0.3
 _TURNS_BACK_RAD = 1.0
 """Further to the side it does not turn from who is given way to."""
 _MPS, _BACK_OUT_S = 0.2, 1.0
-"""How fast it backs out, and for how long at most: somebody may be behind it, where it is blind."""
+"""Speed of backing out, and its longest time: somebody may be behind the robot, where it is blind."""
 _AHEAD_S = 0.4, 1.0
 """A motion back must be free for so many seconds: slow, and where the robot has just been; or for as many as
 it takes to get out of something that it touches in the costmap."""

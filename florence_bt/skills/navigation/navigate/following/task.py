@@ -1,4 +1,4 @@
-"""What the goals about one person share: it outlives each of them."""
+"""The task that goals about one person share: it outlives each of them."""
 
 from __future__ import annotations
 

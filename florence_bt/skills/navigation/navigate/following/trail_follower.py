@@ -21,9 +21,9 @@ from florence_bt.skills.navigation.navigate.following.task import FollowTask
 from florence_bt.skills.navigation.navigate.state import CycleState
 
 _ROOM_M = 0.05
-"""Where the robot has so much more room on each side than it needs to turn, it is not narrow."""
+"""Room on each side, more than the robot needs to turn, from which a place is not narrow."""
 _CLOSE_M = 0.45
-"""Where it is narrow it heads for a point of that way about so far away."""
+"""Distance of the point of that way that the robot heads for in narrow places."""
 _SHARES = 1.0, 0.5
 """Parts of the speed to try, the best first."""
 _ASTRAY_RAD = 1.0
@@ -31,6 +31,7 @@ _ASTRAY_RAD = 1.0
 _START_M = 0.3
 """The robot turns to a point of the way when so much of the line to it is free."""
 _SEEN_ERROR_M = 0.15
+"""Error of the places where somebody was seen. Chosen."""
 _NEARBY_OFFSETS = np.array(
     [(0.0, 0.0)]
     + [
@@ -50,7 +51,7 @@ class TrailFollower:
         footprint = task.costmaps.local_costmap.footprint
         to_turn = footprint.circumscribed_radius + _ROOM_M
         self.narrow = cost_at_distance(to_turn, footprint.inscribed_radius, task.parameters.costmap)
-        """Where it costs so much, the robot could not turn."""
+        """Cost from which the robot could not turn."""
 
     def drive(self, state: CycleState, person: Point2, keep: float) -> tuple[Twist2 | None, float]:
         """Return the velocity, None when the way cannot be driven, and the metres that are left.

@@ -18,6 +18,7 @@ _NO_NEARER_S, _NEARER_M = 5.0, 0.1
 _ARRIVED_M = 0.4
 """It is there when it is so near to the place."""
 _FACING_RAD = 0.3
+"""Bearing at which the robot faces the place of somebody who vanished. Chosen."""
 _VIEW_RAD, _VIEW_M = 0.35, (0.9, 3.5)
 """Somebody no further beside the middle of the camera's picture, and so far away, is seen whole."""
 
