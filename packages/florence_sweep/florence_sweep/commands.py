@@ -161,6 +161,8 @@ def _run_all(experiment: Experiment, results: Results, jobs: int, dask: str) -> 
     todo = [case for case in cases if case.number not in there]
     if there and todo:
         typer.echo(f"{len(there)} of {len(cases)} runs are there; the others follow")
+    if todo:
+        results.refuse_other_code()
     outcomes = by_dask(todo, dask) if dask else by_processes(todo, jobs)
     began = time.monotonic()
     for done, outcome in enumerate(outcomes, 1):
@@ -190,9 +192,10 @@ def _print_tables(experiment: Experiment, results: Results, beside: Results | No
     from florence_sweep.experiment import DRAWN, DRAWN_TEXT
 
     outcomes = results.outcomes()
-    tables = [summary.table_of(outcomes)]
-    if len(summary.variations_of(outcomes)) > 1:
-        tables.append(summary.variations_side_by_side(outcomes))
+    tables = [
+        summary.table_of_experiment(experiment, outcomes),
+        *summary.comparisons_along(experiment, outcomes),
+    ]
     if beside is not None:
         typer.echo(f"first: {beside.file}, second: {results.file}")
         tables.append(summary.comparison_of(beside.outcomes(), outcomes))
@@ -219,6 +222,6 @@ def _write_page(page: Path, experiment: Experiment, results: Results, beside: Re
     def command(outcome: Outcome) -> str:
         return f"florence sweep {shlex.quote(str(results.file))} --case {outcome.number}"
 
-    text = report(results, list(experiment.cases()), command, beside, typer.echo)
+    text = report(results, experiment, command, beside, typer.echo)
     write_output(page, text, make_folder=True, mark=_MARK)
     typer.echo(str(page))

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
 
 from florence_bt.core.geometry import Pose2
 from florence_bt.runtime.run import RunStatus
@@ -98,23 +98,20 @@ def met(ends: Mapping[str, Closeness], best_cases: Mapping[str, BestCase]) -> st
     )
 
 
-def fulfilled(
-    criteria: Sequence[str],
-    status: RunStatus,
-    *,
-    polite: bool,
-    contacts: Sequence[str],
-    false_find: bool,
-) -> bool:
-    """Tell whether a run is as an experiment wants it (``CRITERIA``)."""
-    found = {
-        "succeeded": status is RunStatus.SUCCEEDED,
-        "failed": status is RunStatus.FAILED,
-        "polite": polite,
-        "untouched": not contacts,
-        "no_false_find": not false_find,
-    }
-    return all(found[criterion] for criterion in criteria)
+CRITERIA: Mapping[str, Callable[[Outcome], bool]] = {
+    "succeeded": lambda outcome: outcome.status == RunStatus.SUCCEEDED.value,
+    "failed": lambda outcome: outcome.status == RunStatus.FAILED.value,
+    "polite": lambda outcome: bool(outcome.polite),
+    "untouched": lambda outcome: not outcome.contacts,
+    "no_false_find": lambda outcome: not outcome.false_find,
+}
+"""What a run can be asked to be: the mission has succeeded; it has failed, as it should; the robot stands
+politely before a person in the end; it has touched nothing and nobody; nobody was found where nobody is."""
+
+
+def judged(outcome: Outcome, criteria: Iterable[str]) -> Outcome:
+    """Return an outcome that is good when there was a run that is all that is asked for."""
+    return replace(outcome, good=outcome.was_run and all(CRITERIA[each](outcome) for each in criteria))
 
 
 def is_false(found: Pose2, people: Sequence[PersonSpec]) -> bool:

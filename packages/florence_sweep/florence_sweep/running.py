@@ -45,9 +45,9 @@ from florence_sweep.outcome import (
     NOT_RUN,
     Outcome,
     description,
-    fulfilled,
     is_false,
     is_polite,
+    judged,
     met,
 )
 
@@ -126,9 +126,7 @@ def judge(case: Case, staged: Staged) -> Outcome:
     people = sorted(people, key=lambda spec: (spec.name != who, ends[spec.name].distance))
     end, best = ends.get(who), best_cases.get(who)
     polite = is_polite(end, best) if end is not None else None
-    contacts = tuple(contact.name for contact in rig.world.contacts)
-    false_find = any(is_false(found, people) for found in rig.found)
-    return Outcome(
+    outcome = Outcome(
         number=case.number,
         variation=case.variation,
         seed=case.seed,
@@ -140,22 +138,17 @@ def judge(case: Case, staged: Staged) -> Outcome:
         reason=run.reason,
         seconds=_seconds(run),
         driven=way.metres,
-        contacts=contacts,
-        false_find=false_find,
+        contacts=tuple(contact.name for contact in rig.world.contacts),
+        false_find=any(is_false(found, people) for found in rig.found),
         distance=end.distance if end is not None else None,
         facing=end.facing if end is not None else None,
         polite=polite,
         visible=best.visible if best is not None else None,
         ideal=best.way / _speed() + LOOK_S if best is not None and best.way is not None else None,
-        good=fulfilled(
-            case.setup.good,
-            run.status,
-            polite=bool(polite),
-            contacts=contacts,
-            false_find=false_find,
-        ),
+        good=False,
         wall=0.0,
     )
+    return judged(outcome, case.setup.good)
 
 
 def _seconds(run: MissionRun) -> float:

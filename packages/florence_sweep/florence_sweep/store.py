@@ -15,8 +15,8 @@ from typing import Any
 import florence_bt
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.paths import PACKAGE
-from florence_sweep.experiment import Experiment
-from florence_sweep.outcome import Outcome
+from florence_sweep.experiment import Experiment, read_experiment
+from florence_sweep.outcome import Outcome, judged
 
 _COLUMNS = [each.name for each in fields(Outcome)]
 _LISTS = ("contacts",)
@@ -78,20 +78,42 @@ class Results:
     def of(cls, experiment: Experiment, file: Path) -> Results:
         """Return the results of an experiment: those that are there go on, else they begin.
 
+        What is judged or compared otherwise than before is judged anew.
+
         Raises:
-            ConfigError: The file is of another experiment, or of another version of the code.
+            ConfigError: The file is of another experiment.
         """
         if not file.exists():
             cls._begin(experiment, file)
         results = cls(file)
-        another = ["--out ANOTHER", f"remove {file}"]
         if results.experiment != experiment.text:
-            problem = "has results of another experiment, or the experiment has changed since"
-            raise ConfigError(problem, file=file, valid=another)
-        if results.code != code_version():
-            problem = "was made with other code: its runs and new ones do not belong together"
-            raise ConfigError(problem, file=file, valid=another)
+            results._take(experiment)
         return results
+
+    def _take(self, experiment: Experiment) -> None:
+        """Be of an experiment whose text has changed, when its runs have not."""
+        before = read_experiment(self.experiment, self.place)
+        if not experiment.has_the_runs_of(before):
+            problem = "has results of another experiment, or the experiment has changed since"
+            raise ConfigError(problem, file=self.file, valid=_another(self.file))
+        good = [
+            (judged(each, experiment.variations[each.variation].good).good, each.number)
+            for each in self.outcomes()
+        ]
+        self.experiment = experiment.text
+        with self._open() as database:
+            database.execute("UPDATE about SET value = ? WHERE name = 'experiment'", (experiment.text,))
+            database.executemany("UPDATE runs SET good = ? WHERE number = ?", good)
+
+    def refuse_other_code(self) -> None:
+        """Refuse to go on with runs of other code than this.
+
+        Raises:
+            ConfigError: They are.
+        """
+        if self.code != code_version():
+            problem = "was made with other code: its runs and new ones do not belong together"
+            raise ConfigError(problem, file=self.file, valid=_another(self.file))
 
     @classmethod
     def _begin(cls, experiment: Experiment, file: Path) -> None:
@@ -121,6 +143,10 @@ class Results:
         with self._open() as database:
             rows = database.execute(f"SELECT {', '.join(_COLUMNS)} FROM runs ORDER BY number").fetchall()
         return [Outcome(**{name: _read(name, value) for name, value in _named(row)}) for row in rows]
+
+
+def _another(file: Path) -> list[str]:
+    return ["--out ANOTHER", f"remove {file}"]
 
 
 def _named(row: Sequence[Any]) -> Iterator[tuple[str, Any]]:

@@ -51,6 +51,19 @@ vary:
     assert cases[1].setup.links == {"/tf": Link(delay=0.15)} and not cases[2].setup.links
 
 
+def test_a_run_has_a_value_of_each_factor_and_some_factors_are_compared() -> None:
+    text = "mission: goto_user\nvary: {people: [easy, lying], battery: [20 %, 90 %]}\ncompare: "
+    experiment = read(f"{text}battery\n")
+    assert experiment.factors == {
+        "people": ("people=easy", "people=lying"),
+        "battery": ("battery=20 %", "battery=90 %"),
+    }
+    assert experiment.values()["people=lying, battery=20 %"] == ("people=lying", "battery=20 %")
+    assert list(experiment.values()) == list(experiment.variations)
+    assert experiment.compare == ("battery",)
+    assert read(f"{text}[battery, people]\n").compare == ("battery", "people")
+
+
 def test_more_runs_leave_the_numbers_of_the_others_alone() -> None:
     text = "mission: goto_user\nruns: {}\nvary: {{people: [sitting, lying]}}\n"
     few, more = (list(read(text.format(runs)).cases()) for runs in (2, 5))
@@ -104,6 +117,8 @@ good: [failed, untouched]
         ("vary: [sitting]", "2:7", "vary: {people"),
         ("vary: {peple: [sitting]}", "2:8", "people"),
         ("vary: {who: {a: {peple: sitting}}}", "2:18", "people"),
+        ("compare: people", "2:10", "factor of vary cannot be"),
+        ("vary: {people: [easy]}\ncompare: peple", "3:10", "people"),
         ("home: nowhere.yaml", "2:7", "generated"),
     ],
 )
