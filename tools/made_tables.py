@@ -28,7 +28,6 @@ class Figures:
         depends: Folders and files whose changes can change the figures.
         write: What stands before the page in the command.
         alone: Whether it measures times, so that nothing else may run beside it.
-        of_the_past: Whether it is of code that is gone, to be compared with: it never gets old.
     """
 
     page: str
@@ -39,7 +38,6 @@ class Figures:
     depends: tuple[str, ...]
     write: str = "--write"
     alone: bool = False
-    of_the_past: bool = False
 
     @property
     def command(self) -> str:
@@ -95,52 +93,11 @@ FIGURES: tuple[Figures, ...] = (
     ),
     Figures(
         "notes/trials.md",
-        ("trials",),
-        "tools/trials.py",
-        "--runs 30 --first 980001 --jobs 1",
-        "--runs 1 --classes nobody --limit 5 --jobs 1",
-        ("tools/trials.py", "packages/florence_sweep/florence_sweep/best_case.py", *_MISSIONS),
-    ),
-    Figures(
-        "notes/trials.md",
-        ("drawn trials",),
-        "tools/trials.py",
-        "--runs 30 --first 980001 --jobs 1 --drawn",
-        "--runs 1 --classes nobody --limit 5 --jobs 1 --drawn",
-        ("tools/trials.py", "packages/florence_sweep/florence_sweep/best_case.py", *_MISSIONS),
-    ),
-    Figures(
-        "notes/trials.md",
-        ("late trials",),
-        "tools/trials.py",
-        "--runs 30 --first 980001 --jobs 1 --late 0.15",
-        "--runs 1 --classes nobody --limit 5 --jobs 1 --late 0.15",
-        ("tools/trials.py", "packages/florence_sweep/florence_sweep/best_case.py", *_MISSIONS),
-    ),
-    Figures(
-        "notes/trials.md",
-        ("new trials",),
-        "tools/trials.py",
-        "--runs 30 --first 991001 --jobs 2 --table 'new trials'",
-        "--runs 1 --classes nobody --limit 5 --jobs 1 --table 'new trials'",
-        ("tools/trials.py", "packages/florence_sweep/florence_sweep/best_case.py", *_MISSIONS),
-    ),
-    Figures(
-        "notes/trials.md",
-        ("new trials before",),
-        "tools/trials.py",
-        "--runs 30 --first 991001 --jobs 2 --table 'new trials before'",
-        "--runs 1 --classes nobody --limit 5 --jobs 1 --table 'new trials before'",
-        ("tools/trials.py", "packages/florence_sweep/florence_sweep/best_case.py", *_MISSIONS),
-        of_the_past=True,
-    ),
-    Figures(
-        "notes/trials.md",
-        ("late against", "drawn against", "before against"),
-        "tools/trials_compared.py",
-        "",
-        "",
-        ("tools/trials_compared.py", "docs/notes/rows"),
+        ("goto_user",),
+        "tools/swept.py",
+        "goto_user",
+        "goto_user --small --jobs 1",
+        ("experiments/goto_user.yaml", "packages/florence_sweep/florence_sweep", *_MISSIONS),
     ),
     Figures(
         "notes/follow.md",

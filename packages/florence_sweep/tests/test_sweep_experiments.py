@@ -109,6 +109,7 @@ good: [failed, untouched]
         ("limit: 10", "2:8", "10 s"),
         ("battery: 120 %", "2:10", "20 %"),
         ("links: {scan: {dely: 1 s}}", "2:16", "delay"),
+        ("links: {scan: {delay: -1 s}}", "2:23", "10 s"),
         ("sensors: {laser: {noise: 3}}", "2:19", "noise_mm"),
         ("sensors: {lazer: {}}", "2:11", "laser"),
         ("faults: [{skill: say}]", "2:10", "code: ..."),
