@@ -100,14 +100,6 @@ FIGURES: tuple[Figures, ...] = (
         ("experiments/goto_user.yaml", "packages/florence_sweep/florence_sweep", *_MISSIONS),
     ),
     Figures(
-        "notes/follow.md",
-        ("follow",),
-        "tools/follow_trials.py",
-        "--runs 10 --first 35001 --jobs 1",
-        "--runs 1 --homes flat --length 2 --jobs 1",
-        ("tools/follow_trials.py", *_MISSIONS),
-    ),
-    Figures(
         "notes/exploration.md",
         ("exploration",),
         "tools/exploration.py",

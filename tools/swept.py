@@ -20,7 +20,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from florence_sweep.experiment import DRAWN, DRAWN_TEXT, Experiment, load_experiment
 from florence_sweep.outcome import Outcome
 from florence_sweep.store import Results
-from florence_sweep.summary import Table, comparisons_along, reasons_of, table_of_experiment
+from florence_sweep.summary import Table, comparisons_along, measures_of, reasons_of, table_of_experiment
 from florence_sweep.sweeping import run_all
 
 from florence_bt.core.errors import FlorenceError
@@ -34,6 +34,7 @@ def text_of(name: str, outcomes: Sequence[Outcome]) -> str:
     experiment = load_experiment(EXPERIMENTS / f"{name}.yaml")
     tables = (
         table_of_experiment(experiment, outcomes),
+        measures_of(experiment, outcomes),
         *comparisons_along(experiment, outcomes),
         reasons_of(outcomes),
     )
@@ -57,7 +58,8 @@ def _sum_of(experiment: Experiment, outcomes: Sequence[Outcome]) -> str:
 
 
 GOTO_USER = RowTable("goto_user", Outcome, partial(text_of, "goto_user"))
-TABLES = {each.name: each for each in (GOTO_USER,)}
+FOLLOW_ME = RowTable("follow_me", Outcome, partial(text_of, "follow_me"))
+TABLES = {each.name: each for each in (GOTO_USER, FOLLOW_ME)}
 """Experiment -> its table; both have one name."""
 
 

@@ -160,6 +160,7 @@ def _print_tables(experiment: Experiment, results: Results, beside: Results | No
     outcomes = results.outcomes()
     tables = [
         summary.table_of_experiment(experiment, outcomes),
+        summary.measures_of(experiment, outcomes),
         *summary.comparisons_along(experiment, outcomes),
     ]
     if beside is not None:

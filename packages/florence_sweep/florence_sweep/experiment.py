@@ -59,7 +59,8 @@ class Setup:
         inputs: Its inputs, as texts.
         missions: Folders of missions beside those of this installation.
         home: ``generated``, ``flat``, or a file of a home or map.
-        people: A class of ``florence_bt.simulation.home.situations``, ``company``, ``nobody``, or a room.
+        people: A class of ``florence_bt.simulation.home.situations``, ``company``, ``leading``,
+            ``nobody``, or a room.
         limit: Simulated seconds after which the mission is stopped.
         battery: How full it is, 0 to 1.
         links: Topic -> how it is carried; ``/tf`` for the frames that move, ``*`` for all others.

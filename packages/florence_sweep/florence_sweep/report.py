@@ -17,6 +17,7 @@ from florence_sweep.summary import (
     Table,
     comparison_of,
     comparisons_along,
+    measures_of,
     reasons_of,
     table_of,
     table_of_experiment,
@@ -61,6 +62,8 @@ def report(
         *_table("What came of them", table_of_experiment(experiment, outcomes)),
         *_about_detections(cases),
     ]
+    if (measures := measures_of(experiment, outcomes))[1]:
+        parts += _table("What was measured besides", measures)
     for table in comparisons_along(experiment, outcomes):
         parts += _table("Side by side, on the same seeds", table)
     if len(experiment.factors) > 1:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import sqlite3
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
 from dataclasses import asdict, fields
 from functools import cache
@@ -19,7 +19,10 @@ from florence_sweep.experiment import Experiment, read_experiment
 from florence_sweep.outcome import Outcome, judged
 
 _COLUMNS = [each.name for each in fields(Outcome)]
-_LISTS = ("contacts",)
+_READ: dict[str, Callable[[str], Any]] = {
+    "contacts": lambda text: tuple(json.loads(text)),
+    "measures": json.loads,
+}
 _BOOLEANS = ("false_find", "polite", "visible", "good")
 _FORM = "florence sweep 1"
 _CODE_FILES = (".py", ".yaml", ".onnx", ".xacro", ".xml")
@@ -141,23 +144,23 @@ class Results:
     def outcomes(self) -> list[Outcome]:
         """Return all runs, in the order of the experiment."""
         with self._open() as database:
-            rows = database.execute(f"SELECT {', '.join(_COLUMNS)} FROM runs ORDER BY number").fetchall()
-        return [Outcome(**{name: _read(name, value) for name, value in _named(row)}) for row in rows]
+            found = database.execute("SELECT * FROM runs ORDER BY number")
+            names = [column[0] for column in found.description]
+            return [
+                Outcome(**{name: _read(name, value) for name, value in zip(names, row, strict=True)})
+                for row in found
+            ]
 
 
 def _another(file: Path) -> list[str]:
     return ["--out ANOTHER", f"remove {file}"]
 
 
-def _named(row: Sequence[Any]) -> Iterator[tuple[str, Any]]:
-    return zip(_COLUMNS, row, strict=True)
-
-
 def _stored(value: Any) -> Any:
-    return json.dumps(value) if isinstance(value, tuple | list) else value
+    return json.dumps(value) if isinstance(value, tuple | list | dict) else value
 
 
 def _read(name: str, value: Any) -> Any:
-    if name in _LISTS:
-        return tuple(json.loads(value))
+    if name in _READ:
+        return _READ[name](value)
     return bool(value) if name in _BOOLEANS and value is not None else value

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from operator import attrgetter
 
 from florence_sweep.experiment import Experiment
-from florence_sweep.outcome import BROKEN, CRITERIA, NOT_RUN, Outcome
+from florence_sweep.outcome import BROKEN, CRITERIA, KEPT, NOT_RUN, Outcome
 from florence_sweep.statistics import mcnemar, wilson
 
 MOST_REASONS = 8
@@ -57,16 +57,46 @@ def table_of_experiment(experiment: Experiment, outcomes: Sequence[Outcome]) -> 
     Factors that it compares (``compare``) keep their first value: what the others change is told by
     :func:`comparisons_along`.
     """
-    values = experiment.values()
+    (_, *head), lines = _table_by(*_groups(experiment, outcomes))
     kept = [experiment.factors[each][0] for each in experiment.compare]
-    shown = [each for each in outcomes if {*kept} <= {*values[each.variation]}]
+    return [f"with {' and '.join(kept)}" if kept else "", *head], lines
+
+
+def _groups(
+    experiment: Experiment, outcomes: Iterable[Outcome]
+) -> tuple[dict[str, list[Outcome]], list[Outcome]]:
+    """Return the outcomes by each value of what is not compared, and all of them."""
+    values = experiment.values()
+    kept = {experiment.factors[each][0] for each in experiment.compare}
+    shown = [each for each in outcomes if kept <= {*values[each.variation]}]
     varied = [of for factor, of in experiment.factors.items() if factor not in experiment.compare]
     groups = {
         value: [each for each in shown if value in values[each.variation]]
         for value in itertools.chain(*varied)
     }
-    (_, *head), lines = _table_by(groups or {"": shown}, shown)
-    return [f"with {' and '.join(kept)}" if kept else "", *head], lines
+    return groups or {"": shown}, shown
+
+
+def measures_of(experiment: Experiment, outcomes: Sequence[Outcome]) -> Table:
+    """Return what is measured in runs of a kind alone: how often it holds, or its mean, least and most."""
+    groups, shown = _groups(experiment, outcomes)
+    names = list(dict.fromkeys(itertools.chain(*(each.measures for each in shown))))
+
+    def line(title: str, of: Iterable[Outcome]) -> list[str]:
+        measured = [each.measures for each in of if each.measures]
+        return [title, *(_measure([each[name] for each in measured]) for name in names)]
+
+    lines = [line(title or "runs", of) for title, of in groups.items()]
+    return ["", *names], lines if names else []
+
+
+def _measure(values: Sequence[bool | float]) -> str:
+    if not values:
+        return ""
+    if all(isinstance(each, bool) for each in values):
+        return share(sum(map(bool, values)), len(values))
+    mean, least, most = (f"{of(values):.2f}" for of in (statistics.fmean, min, max))
+    return f"{mean} ({least} to {most})"
 
 
 def _table_by(groups: Mapping[str, Sequence[Outcome]], outcomes: Sequence[Outcome]) -> Table:
@@ -112,6 +142,9 @@ def why(outcome: Outcome) -> str:
         return "the program broke down"
     parts = [f"touched {', '.join(sorted(set(outcome.contacts)))}"] if outcome.contacts else []
     parts += ["found somebody where nobody is"] if outcome.false_find else []
+    parts += ["was not with the person in the end"] if outcome.measures.get(KEPT) is False else []
+    if outcome.status == "STOPPED" and parts:
+        return "; ".join(parts)
     if outcome.status != "SUCCEEDED":
         parts.append(f"{outcome.status} {outcome.code}".strip())
     elif outcome.polite is False:
