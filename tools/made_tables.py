@@ -65,6 +65,11 @@ def _attack(
     return Figures(page, (name,), tool, arguments, small, parts, alone=True)
 
 
+def _swept(page: str, name: str) -> Figures:
+    depends = (f"experiments/{name}.yaml", "packages/florence_sweep/florence_sweep", *_MISSIONS)
+    return Figures(page, (name,), "tools/swept.py", name, f"{name} --small --jobs 1", depends)
+
+
 FIGURES: tuple[Figures, ...] = (
     Figures(
         "notes/people.md",
@@ -91,22 +96,9 @@ FIGURES: tuple[Figures, ...] = (
         "--minutes 1 --seconds 1 --jobs 1",
         ("tools/crossing.py", "florence_bt/skills/people", "florence_bt/simulation"),
     ),
-    Figures(
-        "notes/trials.md",
-        ("goto_user",),
-        "tools/swept.py",
-        "goto_user",
-        "goto_user --small --jobs 1",
-        ("experiments/goto_user.yaml", "packages/florence_sweep/florence_sweep", *_MISSIONS),
-    ),
-    Figures(
-        "notes/exploration.md",
-        ("exploration",),
-        "tools/exploration.py",
-        "--seeds 31 32 33 34 35 36 37 38 39 40 51 52 53 54 55 56 57 58 59 60 --jobs 1",
-        "--seeds 31 --limit 5 --jobs 1",
-        ("tools/exploration.py", *_MISSIONS),
-    ),
+    _swept("notes/trials.md", "goto_user"),
+    _swept("notes/follow.md", "follow_me"),
+    _swept("notes/exploration.md", "explore"),
     Figures(
         "notes/rooms.md",
         ("rooms",),

@@ -59,7 +59,8 @@ def _sum_of(experiment: Experiment, outcomes: Sequence[Outcome]) -> str:
 
 GOTO_USER = RowTable("goto_user", Outcome, partial(text_of, "goto_user"))
 FOLLOW_ME = RowTable("follow_me", Outcome, partial(text_of, "follow_me"))
-TABLES = {each.name: each for each in (GOTO_USER, FOLLOW_ME)}
+EXPLORE = RowTable("explore", Outcome, partial(text_of, "explore"))
+TABLES = {each.name: each for each in (GOTO_USER, FOLLOW_ME, EXPLORE)}
 """Experiment -> its table; both have one name."""
 
 

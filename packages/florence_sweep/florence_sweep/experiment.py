@@ -29,6 +29,8 @@ PITCH = "pitch"
 """Parameter of the Kinect: degrees that it looks further down than the robot's description says."""
 NETWORK, DRAWN = "network", "drawn"
 """Detections: by the network that the robot has; drawn from how often that was right."""
+GIVEN, MADE = "given", "made"
+"""Maps: the robot has one; it makes one itself."""
 GENERATED, FLAT = "generated", "flat"
 """Homes: one of its own for each run; the one that comes with Florence."""
 
@@ -61,6 +63,7 @@ class Setup:
         home: ``generated``, ``flat``, or a file of a home or map.
         people: A class of ``florence_bt.simulation.home.situations``, ``company``, ``leading``,
             ``nobody``, or a room.
+        map: :data:`GIVEN`, or :data:`MADE`: the robot has none at first, and knows no places.
         limit: Simulated seconds after which the mission is stopped.
         battery: How full it is, 0 to 1.
         links: Topic -> how it is carried; ``/tf`` for the frames that move, ``*`` for all others.
@@ -75,6 +78,7 @@ class Setup:
     missions: tuple[str, ...] = ()
     home: str = GENERATED
     people: str = "standing"
+    map: str = GIVEN
     limit: float = 600.0
     battery: float = 1.0
     links: Mapping[str, Link] = field(default_factory=dict)
@@ -215,6 +219,7 @@ class _Reader(YamlReader):
             "missions": self._folders,
             "home": self._home,
             "people": self.text,
+            "map": lambda node, name: self.choice(node, name, (GIVEN, MADE)),
             "limit": self._seconds,
             "battery": self._share,
             "links": self._links,

@@ -19,6 +19,8 @@ LOOK_S = 2.0
 """The shortest look: the pause before it and five pictures (``detect_user``, ``LookParameters``)."""
 KEPT = "kept"
 """Measure: whether the robot was with the person who led it when their walk was over."""
+ALL_SEEN = "all rooms seen"
+"""Measure: whether the map that the robot has made shows every room."""
 Measures = dict[str, bool | float]
 """What is measured in runs of a kind alone, by the words of the table: it holds or not, or how much it is."""
 NOT_RUN, BROKEN = "NOT_RUN", "BROKEN"
@@ -51,7 +53,7 @@ class Outcome:
         ideal: Seconds that the way to them takes at best; None when that cannot be done.
         good: Whether the run was as the experiment wants it.
         wall: Wall seconds of the run; the only part that is not the same each time.
-        measures: What runs of its kind have besides; empty but where somebody leads the robot.
+        measures: What runs of its kind have besides, where somebody leads the robot or it makes the map.
     """
 
     number: int
@@ -109,12 +111,13 @@ CRITERIA: Mapping[str, Callable[[Outcome], bool]] = {
     "failed": lambda outcome: outcome.status == RunStatus.FAILED.value,
     "polite": lambda outcome: bool(outcome.polite),
     "kept": lambda outcome: bool(outcome.measures.get(KEPT)),
+    "all_rooms_seen": lambda outcome: bool(outcome.measures.get(ALL_SEEN)),
     "untouched": lambda outcome: not outcome.contacts,
     "no_false_find": lambda outcome: not outcome.false_find,
 }
 """What a run can be asked to be: the mission has succeeded; it has failed, as it should; the robot stands
-politely before a person in the end; it has kept with the person who leads it; it has touched nothing and
-nobody; nobody was found where nobody is."""
+politely before a person in the end; it has kept with the person who leads it; the map that it has made shows
+every room; it has touched nothing and nobody; nobody was found where nobody is."""
 
 
 def judged(outcome: Outcome, criteria: Iterable[str]) -> Outcome:

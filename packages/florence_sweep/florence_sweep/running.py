@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 import traceback
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
@@ -45,7 +45,8 @@ from florence_bt.trees.language.declarations import collect_declarations
 from florence_bt.trees.language.inputs import parse_inputs
 from florence_bt.trees.language.loader import MissionLibrary
 from florence_sweep.best_case import best_case
-from florence_sweep.experiment import DRAWN, FLAT, GENERATED, PITCH, Case, Setup, SkillFault
+from florence_sweep.experiment import DRAWN, FLAT, GENERATED, GIVEN, MADE, PITCH, Case, Setup, SkillFault
+from florence_sweep.explored import judge_map
 from florence_sweep.led import follow
 from florence_sweep.outcome import (
     BROKEN,
@@ -112,7 +113,8 @@ def stage(case: Case, runs_folder: Path | None = None) -> Staged:
         person=people[0] if people else ABSENT,
         others=people[1:],
         start=walk.start if walk is not None else None,
-        user_room=sent_to,
+        mapping=setup.map == MADE,
+        user_room=sent_to if setup.map == GIVEN else "",
         runs_folder=runs_folder,
         flat=flat,
         links=setup.links,
@@ -128,7 +130,7 @@ def stage(case: Case, runs_folder: Path | None = None) -> Staged:
 def judge(case: Case, staged: Staged) -> Outcome:
     """Run the mission of a case, and tell what really came of it."""
     rig, way = staged.rig, _Way(staged.rig)
-    run, found = _come_to_people(case.setup, staged) if staged.walk is None else _be_led(case.setup, staged)
+    run, found = _kind_of(case.setup)(case, staged)
     outcome = replace(
         without_run(case, run.status.value, run.reason),
         home=staged.flat.name,
@@ -136,18 +138,40 @@ def judge(case: Case, staged: Staged) -> Outcome:
         code=run.code,
         seconds=_seconds(run),
         driven=way.metres,
-        contacts=tuple(contact.name for contact in rig.world.contacts),
         false_find=any(is_false(each, staged.people) for each in rig.found),
-        **found,
+        contacts=_contacts(rig),
     )
-    return judged(outcome, case.setup.good)
+    return judged(replace(outcome, **found), case.setup.good)
 
 
-def _come_to_people(setup: Setup, staged: Staged) -> tuple[MissionRun, dict[str, Any]]:
+Found = tuple[MissionRun, dict[str, Any]]
+"""A finished run, and what there is to tell of runs of its kind: attributes of its outcome."""
+
+
+def _kind_of(setup: Setup) -> Callable[[Case, Staged], Found]:
+    """Return what runs and judges runs of a kind."""
+    if setup.map == MADE:
+        return _make_the_map
+    return _be_led if setup.people == LEADING else _come_to_people
+
+
+def _contacts(rig: Rig) -> tuple[str, ...]:
+    return tuple(contact.name for contact in rig.world.contacts)
+
+
+def _make_the_map(case: Case, staged: Staged) -> Found:
+    """Run a mission in which the robot makes the map; return the run, and how good the map is."""
+    rig = staged.rig
+    run = rig.run(case.setup.mission, case.setup.inputs, limit_s=case.setup.limit)
+    measures, contacts = judge_map(staged.flat, rig.grid, case.seed)
+    return run, {"measures": measures, "contacts": (*_contacts(rig), *contacts)}
+
+
+def _come_to_people(case: Case, staged: Staged) -> Found:
     """Run a mission to its end; return the run, and how the robot stands to people then."""
     rig, people = staged.rig, staged.people
     best_cases = {spec.name: best_case(staged.flat, rig.world, spec, staged.flat.start) for spec in people}
-    run = rig.run(setup.mission, setup.inputs, limit_s=setup.limit)
+    run = rig.run(case.setup.mission, case.setup.inputs, limit_s=case.setup.limit)
     if all(spec.posture != "walking" for spec in people):
         rig.clock.advance(1.0)  # until it stands
     ends = {spec.name: closeness(rig.world.robot_pose, rig.world.person_pose(spec.name)) for spec in people}
@@ -166,10 +190,10 @@ def _come_to_people(setup: Setup, staged: Staged) -> tuple[MissionRun, dict[str,
     }
 
 
-def _be_led(setup: Setup, staged: Staged) -> tuple[MissionRun, dict[str, Any]]:
+def _be_led(case: Case, staged: Staged) -> Found:
     """Run a mission while somebody leads the robot; return the run, and how it kept with them."""
     assert staged.walk is not None
-    run, measures = follow(staged.rig, staged.walk, setup)
+    run, measures = follow(staged.rig, staged.walk, case.setup)
     world, leader = staged.rig.world, staged.walk.leader
     end = closeness(world.robot_pose, world.person_pose(leader.name))
     people = description(leader)

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from operator import attrgetter
 
 from florence_sweep.experiment import Experiment
-from florence_sweep.outcome import BROKEN, CRITERIA, KEPT, NOT_RUN, Outcome
+from florence_sweep.outcome import ALL_SEEN, BROKEN, CRITERIA, KEPT, NOT_RUN, Outcome
 from florence_sweep.statistics import mcnemar, wilson
 
 MOST_REASONS = 8
@@ -143,6 +143,7 @@ def why(outcome: Outcome) -> str:
     parts = [f"touched {', '.join(sorted(set(outcome.contacts)))}"] if outcome.contacts else []
     parts += ["found somebody where nobody is"] if outcome.false_find else []
     parts += ["was not with the person in the end"] if outcome.measures.get(KEPT) is False else []
+    parts += ["did not see every room"] if outcome.measures.get(ALL_SEEN) is False else []
     if outcome.status == "STOPPED" and parts:
         return "; ".join(parts)
     if outcome.status != "SUCCEEDED":
