@@ -239,7 +239,12 @@ class _Reader(YamlReader):
         """Read what is varied: for each factor its values with label and setup."""
         if not isinstance(node, YamlMapping):
             raise self.error("vary maps names to values", node, valid=["vary: {people: [standing, lying]}"])
-        return {key.text: self._axis(key, values, base) for key, values in node.entries}
+        axes = {key: self._axis(key, values, base) for key, values in node.entries}
+        for key, axis in axes.items():
+            if not axis:
+                valid = [f"{key.text}: [A, B]", "no such line"]
+                raise self.error(f"{key.text} has no values", key, valid=valid)
+        return {key.text: axis for key, axis in axes.items()}
 
     def _factors(self, node: YamlNode, axes: Iterable[str]) -> tuple[str, ...]:
         """Read which factors are compared: one, or a list."""

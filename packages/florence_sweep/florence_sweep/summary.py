@@ -71,8 +71,9 @@ def _groups(
     shown = [each for each in outcomes if kept <= {*values[each.variation]}]
     varied = [of for factor, of in experiment.factors.items() if factor not in experiment.compare]
     groups = {
-        value: [each for each in shown if value in values[each.variation]]
+        value: of
         for value in itertools.chain(*varied)
+        if (of := [each for each in shown if value in values[each.variation]])
     }
     return groups or {"": shown}, shown
 
@@ -240,10 +241,11 @@ def comparisons_along(experiment: Experiment, outcomes: Sequence[Outcome]) -> li
     are asked to be and with the values of the other factors; else each has a line.
     """
     sides = [
-        (first, value, _paired_along(experiment, outcomes, place, (first, value)))
+        (first, value, pairs)
         for place, (factor, (first, *others)) in enumerate(experiment.factors.items())
         if factor in (experiment.compare or experiment.factors)
         for value in others
+        if (pairs := _paired_along(experiment, outcomes, place, (first, value)))
     ]
     if experiment.compare:
         return [_in_full(experiment, *side) for side in sides]

@@ -116,6 +116,8 @@ good: [failed, untouched]
         ("detections: drwn", "2:13", "drawn"),
         ("good: [suceeded]", "2:8", "succeeded"),
         ("vary: [sitting]", "2:7", "vary: {people"),
+        ("vary: {people: []}", "2:8", "people: [A, B]"),
+        ("vary: {people: {}}", "2:8", "people: [A, B]"),
         ("vary: {peple: [sitting]}", "2:8", "people"),
         ("vary: {who: {a: {peple: sitting}}}", "2:18", "people"),
         ("compare: people", "2:10", "factor of vary cannot be"),

@@ -160,6 +160,16 @@ def test_a_factor_that_is_compared_is_shown_by_what_is_asked_and_by_the_other_fa
     assert later[0][1].startswith("2 of 3")
 
 
+def test_what_has_no_run_yet_has_no_line() -> None:
+    experiment, of = of_factors(FACTORS, "gbb ggn gbb bgb")
+    begun = of[:2]
+    assert [line[0] for line in table_of_experiment(experiment, begun)[1]] == [
+        "people=easy", "links=at_once", "links=late", "all",
+    ]  # fmt: skip
+    ((_, lines),) = comparisons_along(experiment, begun)
+    assert [line[0] for line in lines] == ["links=late beside links=at_once"]
+
+
 def test_without_anything_varied_nothing_is_compared() -> None:
     experiment, of = of_factors("mission: goto_user\nruns: 2\n", "gb")
     assert comparisons_along(experiment, of) == []
