@@ -48,8 +48,8 @@ manual: setup ## build the manual as a site in build/manual; broken links fail
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet $(ARGS)
 	@echo "open build/manual/index.html"
 
-trials: setup ## run goto_user in the rig, 10 seeds for each class of person
-	$(BIN)/python tools/trials.py --runs 10 $(ARGS)
+trials: setup ## run goto_user in homes with people of all kinds; hours, ends and goes on (ARGS="--runs 2" for less)
+	$(BIN)/florence sweep experiments/goto_user.yaml $(ARGS)
 
 bench: setup ## run the benchmarks
 	$(PYTEST) benchmarks --benchmark-only $(ARGS)

@@ -53,8 +53,7 @@ class Table:
         """Say whether it is old."""
         if self.made is None:
             return State.MISSING
-        is_old = (self.changes or self.made.changed) and not self.figures.of_the_past
-        return State.OLD if is_old else State.UP_TO_DATE
+        return State.OLD if self.changes or self.made.changed else State.UP_TO_DATE
 
     def told(self) -> str:
         """Write a line for people."""

@@ -28,7 +28,6 @@ class Figures:
         depends: Folders and files whose changes can change the figures.
         write: What stands before the page in the command.
         alone: Whether it measures times, so that nothing else may run beside it.
-        of_the_past: Whether it is of code that is gone, to be compared with: it never gets old.
     """
 
     page: str
@@ -39,7 +38,6 @@ class Figures:
     depends: tuple[str, ...]
     write: str = "--write"
     alone: bool = False
-    of_the_past: bool = False
 
     @property
     def command(self) -> str:
@@ -65,6 +63,11 @@ def _attack(
 ) -> Figures:
     tool, parts = f"tools/safety_campaign {name}", ("tools/safety_campaign", *_STACK, *depends)
     return Figures(page, (name,), tool, arguments, small, parts, alone=True)
+
+
+def _swept(page: str, name: str) -> Figures:
+    depends = (f"experiments/{name}.yaml", "packages/florence_sweep/florence_sweep", *_MISSIONS)
+    return Figures(page, (name,), "tools/swept.py", name, f"{name} --small --jobs 1", depends)
 
 
 FIGURES: tuple[Figures, ...] = (
@@ -93,71 +96,9 @@ FIGURES: tuple[Figures, ...] = (
         "--minutes 1 --seconds 1 --jobs 1",
         ("tools/crossing.py", "florence_bt/skills/people", "florence_bt/simulation"),
     ),
-    Figures(
-        "notes/trials.md",
-        ("trials",),
-        "tools/trials.py",
-        "--runs 30 --first 980001 --jobs 1",
-        "--runs 1 --classes nobody --limit 5 --jobs 1",
-        ("tools/trials.py", "packages/florence_sweep/florence_sweep/best_case.py", *_MISSIONS),
-    ),
-    Figures(
-        "notes/trials.md",
-        ("drawn trials",),
-        "tools/trials.py",
-        "--runs 30 --first 980001 --jobs 1 --drawn",
-        "--runs 1 --classes nobody --limit 5 --jobs 1 --drawn",
-        ("tools/trials.py", "packages/florence_sweep/florence_sweep/best_case.py", *_MISSIONS),
-    ),
-    Figures(
-        "notes/trials.md",
-        ("late trials",),
-        "tools/trials.py",
-        "--runs 30 --first 980001 --jobs 1 --late 0.15",
-        "--runs 1 --classes nobody --limit 5 --jobs 1 --late 0.15",
-        ("tools/trials.py", "packages/florence_sweep/florence_sweep/best_case.py", *_MISSIONS),
-    ),
-    Figures(
-        "notes/trials.md",
-        ("new trials",),
-        "tools/trials.py",
-        "--runs 30 --first 991001 --jobs 2 --table 'new trials'",
-        "--runs 1 --classes nobody --limit 5 --jobs 1 --table 'new trials'",
-        ("tools/trials.py", "packages/florence_sweep/florence_sweep/best_case.py", *_MISSIONS),
-    ),
-    Figures(
-        "notes/trials.md",
-        ("new trials before",),
-        "tools/trials.py",
-        "--runs 30 --first 991001 --jobs 2 --table 'new trials before'",
-        "--runs 1 --classes nobody --limit 5 --jobs 1 --table 'new trials before'",
-        ("tools/trials.py", "packages/florence_sweep/florence_sweep/best_case.py", *_MISSIONS),
-        of_the_past=True,
-    ),
-    Figures(
-        "notes/trials.md",
-        ("late against", "drawn against", "before against"),
-        "tools/trials_compared.py",
-        "",
-        "",
-        ("tools/trials_compared.py", "docs/notes/rows"),
-    ),
-    Figures(
-        "notes/follow.md",
-        ("follow",),
-        "tools/follow_trials.py",
-        "--runs 10 --first 35001 --jobs 1",
-        "--runs 1 --homes flat --length 2 --jobs 1",
-        ("tools/follow_trials.py", *_MISSIONS),
-    ),
-    Figures(
-        "notes/exploration.md",
-        ("exploration",),
-        "tools/exploration.py",
-        "--seeds 31 32 33 34 35 36 37 38 39 40 51 52 53 54 55 56 57 58 59 60 --jobs 1",
-        "--seeds 31 --limit 5 --jobs 1",
-        ("tools/exploration.py", *_MISSIONS),
-    ),
+    _swept("notes/trials.md", "goto_user"),
+    _swept("notes/follow.md", "follow_me"),
+    _swept("notes/exploration.md", "explore"),
     Figures(
         "notes/rooms.md",
         ("rooms",),

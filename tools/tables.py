@@ -72,14 +72,21 @@ def command_of(tool: str, arguments: Sequence[str] | None = None) -> str:
 # ---- tables in pages -----------------------------------------------------------------------------------
 
 
-def write_table(page: Path, name: str, text: str, command: str) -> None:
+def write_table(page: Path, name: str, text: str, command: str, commit: str = "") -> None:
     """Put a table between its marks, with what it was made on.
+
+    Args:
+        page: The page.
+        name: Of the marks.
+        text: The table.
+        command: What makes it.
+        commit: Of the rows, where they were made on another one than this.
 
     Raises:
         ValueError: The page has no such marks.
         KeyError: No such table is in :data:`tools.made_tables.FIGURES`.
     """
-    write_between_marks(page, name, f"{text}\n\n{made_line(name, command)}")
+    write_between_marks(page, name, f"{text}\n\n{made_line(name, command, commit)}")
 
 
 def write_between_marks(file: Path, name: str, text: str) -> None:
@@ -151,16 +158,18 @@ _NOT_NOTED = re.compile(
 )
 
 
-def made_line(name: str, command: str) -> str:
-    """Write the line below a table that is being made now."""
+def made_line(name: str, command: str, commit: str = "") -> str:
+    """Write the line below a table that is being made now; of rows of another commit, with that one."""
     figures = figures_of(name)
-    changed = " with changes" if git("status", "--porcelain", "--", *figures.depends) else ""
+    has_changes = not commit and git("status", "--porcelain", "--", *figures.depends)
+    changed = " with changes" if has_changes else ""
     machine = ""
     if figures.alone:
         cores, load = os.cpu_count(), os.getloadavg()[1]
         machine = f", {cores} cores, Python {platform.python_version()}, load {load:.0f}"
+    made_on = commit or COMMIT or "unknown"
     return (
-        f"*Made {datetime.now(UTC):%Y-%m-%d} on {COMMIT or 'unknown'}{changed} by `{command}`{machine}; "
+        f"*Made {datetime.now(UTC):%Y-%m-%d} on {made_on}{changed} by `{command}`{machine}; "
         f"depends on {depends_text(figures.depends)}.*"
     )
 
@@ -208,13 +217,13 @@ class RowTable(Generic[Row]):
     row: type[Row]
     text: Callable[[Sequence[Row]], str]
 
-    def publish(self, rows: Sequence[Row], page: Path | None, command: str) -> None:
-        """Print the table, keep its rows, and put it into a page when one is given."""
+    def publish(self, rows: Sequence[Row], page: Path | None, command: str, commit: str = "") -> None:
+        """Print the table, keep its rows, and put it into a page when one is given (:func:`write_table`)."""
         file = self.file_beside(page) if page else BUILD / f"{self._file_name}.csv"
         write_rows(file, self.row, rows)
         print(file, self.text(rows), sep="\n")
         if page is not None:
-            write_table(page, self.name, self.text(rows), command)
+            write_table(page, self.name, self.text(rows), command, commit)
 
     def file_beside(self, page: Path) -> Path:
         """Return where the rows are of the table in a page."""

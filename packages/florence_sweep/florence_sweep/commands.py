@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import os
 import shlex
-import time
 from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
@@ -82,6 +81,7 @@ def sweep(
 ) -> None:
     """Run a mission over many simulated homes, people, sensors and faults; tell what came of it."""
     from florence_sweep.store import Results
+    from florence_sweep.sweeping import run_all
 
     results = Results(Path(what)) if what.endswith(_RESULTS) else None
     experiment = _experiment_in(results) if results is not None else _experiment(what, vary or [], folders)
@@ -92,7 +92,7 @@ def sweep(
         raise typer.Exit(_run_one(experiment, case))
     if results is None:
         results = Results.of(experiment, out or Path("sweeps") / f"{experiment.name}{_RESULTS}")
-        _run_all(experiment, results, jobs or len(os.sched_getaffinity(0)), dask)
+        run_all(experiment, results, jobs or len(os.sched_getaffinity(0)), dask, typer.echo)
     other = Results(beside) if beside is not None else None
     _print_tables(experiment, results, other)
     if page is not None:
@@ -142,47 +142,15 @@ def _experiment_in(results: Results) -> Experiment:
 
 def _run_one(experiment: Experiment, number: int) -> int:
     from florence_sweep.pictures import drawn
+    from florence_sweep.sweeping import told
 
     cases = list(experiment.cases())
     if number >= len(cases):
         raise ConfigError(f"there is no run {number}", valid=[f"0 to {len(cases) - 1}"])
     file = Path("sweeps") / f"{experiment.name}_{number}.png"
     outcome = drawn(cases[number], file)
-    typer.echo(f"{_told(outcome)}\n{file}")
+    typer.echo(f"{told(outcome)}\n{file}")
     return OK if outcome.good else FAILED
-
-
-def _run_all(experiment: Experiment, results: Results, jobs: int, dask: str) -> None:
-    """Run what is not there yet, and write each run when it is over."""
-    from florence_sweep.workers import by_dask, by_processes
-
-    there = {outcome.number for outcome in results.outcomes()}
-    cases = list(experiment.cases())
-    todo = [case for case in cases if case.number not in there]
-    if there and todo:
-        typer.echo(f"{len(there)} of {len(cases)} runs are there; the others follow")
-    outcomes = by_dask(todo, dask) if dask else by_processes(todo, jobs)
-    began = time.monotonic()
-    for done, outcome in enumerate(outcomes, 1):
-        results.add(outcome)
-        seconds = time.monotonic() - began
-        left = seconds / done * (len(todo) - done)
-        pace = f"{60.0 * done / seconds:.0f} a minute, {_time(left)} left"
-        typer.echo(f"[{len(there) + done}/{len(cases)}] {_told(outcome)}; {pace}")
-
-
-def _told(outcome: Outcome) -> str:
-    """Write one run in a line."""
-    from florence_sweep.summary import why
-
-    what = ", ".join(filter(None, [outcome.variation, f"seed {outcome.seed}"]))
-    away = f", {outcome.distance:.2f} m away" if outcome.distance is not None else ""
-    verdict = "good" if outcome.good else f"not good ({why(outcome)})"
-    return f"{what}: {verdict}{away}, {outcome.seconds:.0f} s"
-
-
-def _time(seconds: float) -> str:
-    return f"{seconds / 60.0:.0f} min" if seconds >= 90.0 else f"{seconds:.0f} s"
 
 
 def _print_tables(experiment: Experiment, results: Results, beside: Results | None) -> None:
@@ -190,9 +158,11 @@ def _print_tables(experiment: Experiment, results: Results, beside: Results | No
     from florence_sweep.experiment import DRAWN, DRAWN_TEXT
 
     outcomes = results.outcomes()
-    tables = [summary.table_of(outcomes)]
-    if len(summary.variations_of(outcomes)) > 1:
-        tables.append(summary.variations_side_by_side(outcomes))
+    tables = [
+        summary.table_of_experiment(experiment, outcomes),
+        summary.measures_of(experiment, outcomes),
+        *summary.comparisons_along(experiment, outcomes),
+    ]
     if beside is not None:
         typer.echo(f"first: {beside.file}, second: {results.file}")
         tables.append(summary.comparison_of(beside.outcomes(), outcomes))
@@ -219,6 +189,6 @@ def _write_page(page: Path, experiment: Experiment, results: Results, beside: Re
     def command(outcome: Outcome) -> str:
         return f"florence sweep {shlex.quote(str(results.file))} --case {outcome.number}"
 
-    text = report(results, list(experiment.cases()), command, beside, typer.echo)
+    text = report(results, experiment, command, beside, typer.echo)
     write_output(page, text, make_folder=True, mark=_MARK)
     typer.echo(str(page))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
@@ -19,6 +19,7 @@ from florence_bt.simulation.rig.wires import Link
 from florence_bt.simulation.sensors.base_noise import BaseNoiseParameters
 from florence_bt.simulation.sensors.kinect_sensor import KinectNoiseParameters
 from florence_bt.simulation.sensors.laser_sensor import LaserParameters
+from florence_sweep.outcome import CRITERIA
 
 DRAWN_TEXT = (
     "No network has looked for people in the runs with drawn detections: what it would say was drawn from "
@@ -28,6 +29,8 @@ PITCH = "pitch"
 """Parameter of the Kinect: degrees that it looks further down than the robot's description says."""
 NETWORK, DRAWN = "network", "drawn"
 """Detections: by the network that the robot has; drawn from how often that was right."""
+GIVEN, MADE = "given", "made"
+"""Maps: the robot has one; it makes one itself."""
 GENERATED, FLAT = "generated", "flat"
 """Homes: one of its own for each run; the one that comes with Florence."""
 
@@ -58,14 +61,16 @@ class Setup:
         inputs: Its inputs, as texts.
         missions: Folders of missions beside those of this installation.
         home: ``generated``, ``flat``, or a file of a home or map.
-        people: A class of ``florence_bt.simulation.home.situations``, ``company``, ``nobody``, or a room.
+        people: A class of ``florence_bt.simulation.home.situations``, ``company``, ``leading``,
+            ``nobody``, or a room.
+        map: :data:`GIVEN`, or :data:`MADE`: the robot has none at first, and knows no places.
         limit: Simulated seconds after which the mission is stopped.
         battery: How full it is, 0 to 1.
         links: Topic -> how it is carried; ``/tf`` for the frames that move, ``*`` for all others.
         sensors: A sensor of :data:`SENSOR_PARAMETERS` -> what is unlike the usual one, by parameter.
         faults: Skills that fail for a while.
         detections: :data:`NETWORK`, or :data:`DRAWN`, which takes less time (``rig/drawn_people.py``).
-        good: What a run must be to count as good, of :data:`CRITERIA`.
+        good: What a run must be to count as good, of ``florence_sweep.outcome.CRITERIA``.
     """
 
     mission: str
@@ -73,6 +78,7 @@ class Setup:
     missions: tuple[str, ...] = ()
     home: str = GENERATED
     people: str = "standing"
+    map: str = GIVEN
     limit: float = 600.0
     battery: float = 1.0
     links: Mapping[str, Link] = field(default_factory=dict)
@@ -82,13 +88,6 @@ class Setup:
     good: tuple[str, ...] = ("succeeded", "untouched")
 
 
-CRITERIA = {
-    "succeeded": "the mission has succeeded",
-    "failed": "the mission has failed, as it should",
-    "polite": "the robot stands politely before a person in the end",
-    "untouched": "the robot has touched nothing and nobody",
-    "no_false_find": "nobody was found where nobody is",
-}
 SENSOR_PARAMETERS = {
     "base": [each.name for each in fields(BaseNoiseParameters)],
     "laser": [each.name for each in fields(LaserParameters)],
@@ -124,7 +123,10 @@ class Experiment:
         name: Its name.
         runs: How many runs each variation has.
         seed: The first seed; each variation has the same seeds.
-        variations: Label -> what its runs are set up with.
+        factors: What is varied -> its values as they are told, such as ``links=late``; the first is what the
+            others are compared with.
+        compare: The factors whose values are compared; empty: each of them, in fewer words.
+        variations: Label, a value of each factor -> what its runs are set up with.
     """
 
     file: Path
@@ -132,7 +134,17 @@ class Experiment:
     name: str
     runs: int
     seed: int
+    factors: Mapping[str, tuple[str, ...]]
+    compare: tuple[str, ...]
     variations: Mapping[str, Setup]
+
+    def values(self) -> dict[str, tuple[str, ...]]:
+        """Return the value of each factor, by variation."""
+        return {_SEPARATOR.join(each): each for each in itertools.product(*self.factors.values())}
+
+    def has_the_runs_of(self, other: Experiment) -> bool:
+        """Tell whether the runs of another one are runs of this one: they may be judged otherwise."""
+        return self.seed == other.seed and _without_good(self) == _without_good(other)
 
     def cases(self) -> Iterator[Case]:
         """Yield all runs: seed by seed, so that an unfinished sweep has a part of every variation."""
@@ -142,8 +154,13 @@ class Experiment:
                 yield Case(next(numbers), variation, seed, setup)
 
 
+def _without_good(experiment: Experiment) -> list[tuple[str, Setup]]:
+    return [(name, replace(setup, good=())) for name, setup in experiment.variations.items()]
+
+
+_SEPARATOR = ", "
 _SETUP = tuple(each.name for each in fields(Setup))
-_KEYS = ("experiment", "description", "runs", "seed", "vary", *_SETUP)
+_KEYS = ("experiment", "description", "runs", "seed", "vary", "compare", *_SETUP)
 
 
 def load_experiment(file: Path) -> Experiment:
@@ -176,8 +193,9 @@ class _Reader(YamlReader):
         runs = self.value(entries, "runs", self._positive, 10)
         seed = self.value(entries, "seed", self._positive, 1)
         name = self.value(entries, "experiment", self.text, self.file.stem)
-        none: list[list[tuple[str, Setup]]] = []
+        none: dict[str, list[tuple[str, Setup]]] = {}
         axes = self.value(entries, "vary", lambda node, name: self._axes(node, setup), none)
+        compare = self.value(entries, "compare", lambda node, name: self._factors(node, axes), ())
         raise_all(self._errors)
         return Experiment(
             self.file,
@@ -185,7 +203,12 @@ class _Reader(YamlReader):
             name,
             runs,
             seed,
-            {", ".join(label for label, _ in each): _together(setup, each) for each in _product(axes)},
+            {name: tuple(label for label, _ in axis) for name, axis in axes.items()},
+            compare,
+            {
+                _SEPARATOR.join(label for label, _ in each): _together(setup, each)
+                for each in itertools.product(*axes.values())
+            },
         )
 
     def _setup(self, entries: Mapping[str, YamlNode], base: Setup) -> Setup:
@@ -196,6 +219,7 @@ class _Reader(YamlReader):
             "missions": self._folders,
             "home": self._home,
             "people": self.text,
+            "map": lambda node, name: self.choice(node, name, (GIVEN, MADE)),
             "limit": self._seconds,
             "battery": self._share,
             "links": self._links,
@@ -211,14 +235,24 @@ class _Reader(YamlReader):
         }
         return replace(base, **changed)
 
-    def _axes(self, node: YamlNode, base: Setup) -> list[list[tuple[str, Setup]]]:
-        """Read what is varied: for each axis its values, each with its label and the setup that it makes."""
+    def _axes(self, node: YamlNode, base: Setup) -> dict[str, list[tuple[str, Setup]]]:
+        """Read what is varied: for each factor its values with label and setup."""
         if not isinstance(node, YamlMapping):
             raise self.error("vary maps names to values", node, valid=["vary: {people: [standing, lying]}"])
-        return [self._axis(key, values, base) for key, values in node.entries]
+        axes = {key: self._axis(key, values, base) for key, values in node.entries}
+        for key, axis in axes.items():
+            if not axis:
+                valid = [f"{key.text}: [A, B]", "no such line"]
+                raise self.error(f"{key.text} has no values", key, valid=valid)
+        return {key.text: axis for key, axis in axes.items()}
+
+    def _factors(self, node: YamlNode, axes: Iterable[str]) -> tuple[str, ...]:
+        """Read which factors are compared: one, or a list."""
+        each = [node] if isinstance(node, YamlScalar) else self.sequence(node, "compare")
+        return tuple(self.choice(one, "factor of vary", tuple(axes)) for one in each)
 
     def _axis(self, key: YamlScalar, values: YamlNode, base: Setup) -> list[tuple[str, Setup]]:
-        """Read one axis: a list of values of a key of the setup, or labels with some keys each."""
+        """Read one factor: a list of values of a key of the setup, or labels with some keys each."""
         if isinstance(values, YamlMapping):
             return [
                 (f"{key.text}={label.text}", self._setup(self.mapping(node, _SETUP), base))
@@ -315,10 +349,6 @@ class _Reader(YamlReader):
 
 def _label(node: YamlNode, number: int) -> str:
     return node.text if isinstance(node, YamlScalar) else str(number)
-
-
-def _product(axes: Sequence[list[tuple[str, Setup]]]) -> Iterator[tuple[tuple[str, Setup], ...]]:
-    return itertools.product(*axes)
 
 
 def _together(base: Setup, chosen: Sequence[tuple[str, Setup]]) -> Setup:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import asdict, dataclass, field, replace
 
 from florence_bt.core.geometry import Pose2
 from florence_bt.runtime.run import RunStatus
@@ -17,6 +17,12 @@ NEAR_M = 0.8
 """Whoever is found further than this from every place where a person was is not a person."""
 LOOK_S = 2.0
 """The shortest look: the pause before it and five pictures (``detect_user``, ``LookParameters``)."""
+KEPT = "kept"
+"""Measure: whether the robot was with the person who led it when their walk was over."""
+ALL_SEEN = "all rooms seen"
+"""Measure: whether the map that the robot has made shows every room."""
+Measures = dict[str, bool | float]
+"""What is measured in runs of a kind alone, by the words of the table: it holds or not, or how much it is."""
 NOT_RUN, BROKEN = "NOT_RUN", "BROKEN"
 """States of what is no run: the home has no place for such people; the program broke down."""
 
@@ -47,6 +53,7 @@ class Outcome:
         ideal: Seconds that the way to them takes at best; None when that cannot be done.
         good: Whether the run was as the experiment wants it.
         wall: Wall seconds of the run; the only part that is not the same each time.
+        measures: What runs of its kind have besides, where somebody leads the robot or it makes the map.
     """
 
     number: int
@@ -69,6 +76,7 @@ class Outcome:
     ideal: float | None
     good: bool
     wall: float
+    measures: Measures = field(default_factory=dict)
 
     @property
     def was_run(self) -> bool:
@@ -98,23 +106,23 @@ def met(ends: Mapping[str, Closeness], best_cases: Mapping[str, BestCase]) -> st
     )
 
 
-def fulfilled(
-    criteria: Sequence[str],
-    status: RunStatus,
-    *,
-    polite: bool,
-    contacts: Sequence[str],
-    false_find: bool,
-) -> bool:
-    """Tell whether a run is as an experiment wants it (``CRITERIA``)."""
-    found = {
-        "succeeded": status is RunStatus.SUCCEEDED,
-        "failed": status is RunStatus.FAILED,
-        "polite": polite,
-        "untouched": not contacts,
-        "no_false_find": not false_find,
-    }
-    return all(found[criterion] for criterion in criteria)
+CRITERIA: Mapping[str, Callable[[Outcome], bool]] = {
+    "succeeded": lambda outcome: outcome.status == RunStatus.SUCCEEDED.value,
+    "failed": lambda outcome: outcome.status == RunStatus.FAILED.value,
+    "polite": lambda outcome: bool(outcome.polite),
+    "kept": lambda outcome: bool(outcome.measures.get(KEPT)),
+    "all_rooms_seen": lambda outcome: bool(outcome.measures.get(ALL_SEEN)),
+    "untouched": lambda outcome: not outcome.contacts,
+    "no_false_find": lambda outcome: not outcome.false_find,
+}
+"""What a run can be asked to be: the mission has succeeded; it has failed, as it should; the robot stands
+politely before a person in the end; it has kept with the person who leads it; the map that it has made shows
+every room; it has touched nothing and nobody; nobody was found where nobody is."""
+
+
+def judged(outcome: Outcome, criteria: Iterable[str]) -> Outcome:
+    """Return an outcome that is good when there was a run that is all that is asked for."""
+    return replace(outcome, good=outcome.was_run and all(CRITERIA[each](outcome) for each in criteria))
 
 
 def is_false(found: Pose2, people: Sequence[PersonSpec]) -> bool:

@@ -9,17 +9,18 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 from florence_bt.core.errors import ConfigError
-from florence_sweep.experiment import DRAWN, DRAWN_TEXT, Case
+from florence_sweep.experiment import DRAWN, DRAWN_TEXT, Case, Experiment
 from florence_sweep.outcome import BROKEN, Outcome
 from florence_sweep.pictures import drawn
 from florence_sweep.store import Results
 from florence_sweep.summary import (
     Table,
     comparison_of,
+    comparisons_along,
+    measures_of,
     reasons_of,
     table_of,
-    variations_of,
-    variations_side_by_side,
+    table_of_experiment,
     why,
     worst_of,
 )
@@ -37,7 +38,7 @@ pre { background: #f5f5f5; padding: 1em; overflow-x: auto; }
 
 def report(
     results: Results,
-    cases: Sequence[Case],
+    experiment: Experiment,
     command: Callable[[Outcome], str],
     beside: Results | None = None,
     say: Callable[[str], None] = lambda line: None,
@@ -46,23 +47,27 @@ def report(
 
     Args:
         results: The results.
-        cases: All runs of the experiment, by number.
+        experiment: What they are of.
         command: Returns what to type to see one run again.
         beside: The results of other code or of another mission on the same seeds.
         say: Told what takes time.
     """
-    outcomes = results.outcomes()
+    outcomes, cases = results.outcomes(), list(experiment.cases())
     parts = [
         f'<!doctype html><html lang="en"><meta charset="utf-8"><title>{_text(results.name)}</title>',
         f'<meta name="viewport" content="width=device-width"><style>{_STYLE}</style>',
         f"<h1>{_text(results.name)}</h1>",
         f"<p>{len(outcomes)} of {len(cases)} runs, with florence-bt {_text(results.code)}. "
         "In brackets: where the share lies with 95 % (Wilson).</p>",
-        *_table("What came of them", table_of(outcomes)),
+        *_table("What came of them", table_of_experiment(experiment, outcomes)),
         *_about_detections(cases),
     ]
-    if len(variations_of(outcomes)) > 1:
-        parts += _table("Side by side, on the same seeds", variations_side_by_side(outcomes))
+    if (measures := measures_of(experiment, outcomes))[1]:
+        parts += _table("What was measured besides", measures)
+    for table in comparisons_along(experiment, outcomes):
+        parts += _table("Side by side, on the same seeds", table)
+    if len(experiment.factors) > 1:
+        parts += _table("Each combination", table_of(outcomes))
     if beside is not None:
         title = f"Beside {beside.file.name} (florence-bt {beside.code})"
         parts += _table(title, comparison_of(beside.outcomes(), outcomes))

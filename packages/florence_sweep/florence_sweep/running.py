@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 import traceback
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
@@ -15,7 +15,7 @@ import numpy as np
 
 from florence_bt.app.bringup.config import load_config
 from florence_bt.app.bringup.options import ABSENT
-from florence_bt.app.bringup.simulated import COMPANY
+from florence_bt.app.bringup.simulated import COMPANY, LEADING
 from florence_bt.app.demo.rigs import make_rig
 from florence_bt.core.clock import ManualClock
 from florence_bt.core.errors import ConfigError, closest_first, raise_all
@@ -27,7 +27,14 @@ from florence_bt.simulation.home.flat import Flat
 from florence_bt.simulation.home.generate import choose_flat
 from florence_bt.simulation.home.people import place_person
 from florence_bt.simulation.home.person import PersonSpec
-from florence_bt.simulation.home.situations import SITUATIONS, company_in, person_in, room_with_decoy
+from florence_bt.simulation.home.situations import (
+    SITUATIONS,
+    LedWalk,
+    company_in,
+    led_walk,
+    person_in,
+    room_with_decoy,
+)
 from florence_bt.simulation.rig.components import navigator_parameters
 from florence_bt.simulation.rig.rig import SETTLE_S, Rig, SkillChange
 from florence_bt.simulation.rig.robot import SensorQuality
@@ -38,16 +45,18 @@ from florence_bt.trees.language.declarations import collect_declarations
 from florence_bt.trees.language.inputs import parse_inputs
 from florence_bt.trees.language.loader import MissionLibrary
 from florence_sweep.best_case import best_case
-from florence_sweep.experiment import DRAWN, FLAT, GENERATED, PITCH, Case, Setup, SkillFault
+from florence_sweep.experiment import DRAWN, FLAT, GENERATED, GIVEN, MADE, PITCH, Case, Setup, SkillFault
+from florence_sweep.explored import judge_map
+from florence_sweep.led import follow
 from florence_sweep.outcome import (
     BROKEN,
     LOOK_S,
     NOT_RUN,
     Outcome,
     description,
-    fulfilled,
     is_false,
     is_polite,
+    judged,
     met,
 )
 
@@ -76,12 +85,14 @@ class Staged:
         flat: The home.
         people: Who is there; the user first.
         sent_to: The room where the user was last seen.
+        walk: On which somebody leads the robot; None when nobody does.
     """
 
     rig: Rig
     flat: Flat
     people: list[PersonSpec]
     sent_to: str
+    walk: LedWalk | None
 
 
 def stage(case: Case, runs_folder: Path | None = None) -> Staged:
@@ -93,14 +104,17 @@ def stage(case: Case, runs_folder: Path | None = None) -> Staged:
     setup = case.setup
     flat = _home(setup.home, case.seed)
     rng = np.random.default_rng(case.seed)
-    people = _people(setup.people, flat, rng)
+    walk = led_walk(flat, rng) if setup.people == LEADING else None
+    people = [walk.leader, walk.visitor] if walk is not None else _people(setup.people, flat, rng)
     room = flat.room_at(people[0].pose.x, people[0].pose.y) if people else None
     sent_to = room.name if room is not None else room_with_decoy(flat, rng)
     rig = make_rig(
         seed=case.seed,
         person=people[0] if people else ABSENT,
         others=people[1:],
-        user_room=sent_to,
+        start=walk.start if walk is not None else None,
+        mapping=setup.map == MADE,
+        user_room=sent_to if setup.map == GIVEN else "",
         runs_folder=runs_folder,
         flat=flat,
         links=setup.links,
@@ -110,52 +124,80 @@ def stage(case: Case, runs_folder: Path | None = None) -> Staged:
         change_skills=_with_faults(setup.faults),
     )
     rig.robot.base.charge_fraction = setup.battery
-    return Staged(rig, flat, people, sent_to)
+    return Staged(rig, flat, people, sent_to, walk)
 
 
 def judge(case: Case, staged: Staged) -> Outcome:
     """Run the mission of a case, and tell what really came of it."""
+    rig, way = staged.rig, _Way(staged.rig)
+    run, found = _kind_of(case.setup)(case, staged)
+    outcome = replace(
+        without_run(case, run.status.value, run.reason),
+        home=staged.flat.name,
+        room=staged.sent_to,
+        code=run.code,
+        seconds=_seconds(run),
+        driven=way.metres,
+        false_find=any(is_false(each, staged.people) for each in rig.found),
+        contacts=_contacts(rig),
+    )
+    return judged(replace(outcome, **found), case.setup.good)
+
+
+Found = tuple[MissionRun, dict[str, Any]]
+"""A finished run, and what there is to tell of runs of its kind: attributes of its outcome."""
+
+
+def _kind_of(setup: Setup) -> Callable[[Case, Staged], Found]:
+    """Return what runs and judges runs of a kind."""
+    if setup.map == MADE:
+        return _make_the_map
+    return _be_led if setup.people == LEADING else _come_to_people
+
+
+def _contacts(rig: Rig) -> tuple[str, ...]:
+    return tuple(contact.name for contact in rig.world.contacts)
+
+
+def _make_the_map(case: Case, staged: Staged) -> Found:
+    """Run a mission in which the robot makes the map; return the run, and how good the map is."""
+    rig = staged.rig
+    run = rig.run(case.setup.mission, case.setup.inputs, limit_s=case.setup.limit)
+    measures, contacts = judge_map(staged.flat, rig.grid, case.seed)
+    return run, {"measures": measures, "contacts": (*_contacts(rig), *contacts)}
+
+
+def _come_to_people(case: Case, staged: Staged) -> Found:
+    """Run a mission to its end; return the run, and how the robot stands to people then."""
     rig, people = staged.rig, staged.people
     best_cases = {spec.name: best_case(staged.flat, rig.world, spec, staged.flat.start) for spec in people}
-    way = _Way(rig)
     run = rig.run(case.setup.mission, case.setup.inputs, limit_s=case.setup.limit)
     if all(spec.posture != "walking" for spec in people):
         rig.clock.advance(1.0)  # until it stands
     ends = {spec.name: closeness(rig.world.robot_pose, rig.world.person_pose(spec.name)) for spec in people}
+    if not people:
+        return run, {"people": NOBODY}
     who = met(ends, best_cases)
-    people = sorted(people, key=lambda spec: (spec.name != who, ends[spec.name].distance))
-    end, best = ends.get(who), best_cases.get(who)
-    polite = is_polite(end, best) if end is not None else None
-    contacts = tuple(contact.name for contact in rig.world.contacts)
-    false_find = any(is_false(found, people) for found in rig.found)
-    return Outcome(
-        number=case.number,
-        variation=case.variation,
-        seed=case.seed,
-        home=staged.flat.name,
-        room=staged.sent_to,
-        people="; ".join(map(description, people)) or NOBODY,
-        status=run.status.value,
-        code=run.code,
-        reason=run.reason,
-        seconds=_seconds(run),
-        driven=way.metres,
-        contacts=contacts,
-        false_find=false_find,
-        distance=end.distance if end is not None else None,
-        facing=end.facing if end is not None else None,
-        polite=polite,
-        visible=best.visible if best is not None else None,
-        ideal=best.way / _speed() + LOOK_S if best is not None and best.way is not None else None,
-        good=fulfilled(
-            case.setup.good,
-            run.status,
-            polite=bool(polite),
-            contacts=contacts,
-            false_find=false_find,
-        ),
-        wall=0.0,
-    )
+    end, best = ends[who], best_cases[who]
+    nearest_first = sorted(people, key=lambda spec: (spec.name != who, ends[spec.name].distance))
+    return run, {
+        "people": "; ".join(map(description, nearest_first)),
+        "distance": end.distance,
+        "facing": end.facing,
+        "polite": is_polite(end, best),
+        "visible": best.visible,
+        "ideal": best.way / _speed() + LOOK_S if best.way is not None else None,
+    }
+
+
+def _be_led(case: Case, staged: Staged) -> Found:
+    """Run a mission while somebody leads the robot; return the run, and how it kept with them."""
+    assert staged.walk is not None
+    run, measures = follow(staged.rig, staged.walk, case.setup)
+    world, leader = staged.rig.world, staged.walk.leader
+    end = closeness(world.robot_pose, world.person_pose(leader.name))
+    people = description(leader)
+    return run, {"people": people, "distance": end.distance, "facing": end.facing, "measures": measures}
 
 
 def _seconds(run: MissionRun) -> float:
@@ -265,7 +307,7 @@ def _people(asked: str, flat: Flat, rng: np.random.Generator) -> list[PersonSpec
     rooms = [room.name for room in flat.rooms]
     if asked in rooms:
         return [place_person(flat, asked, rng)]
-    known = [*SITUATIONS, COMPANY, NOBODY, *rooms]
+    known = [*SITUATIONS, COMPANY, LEADING, NOBODY, *rooms]
     raise ConfigError(
         f"no class of people and no room is called {asked!r}", valid=closest_first(asked, known)
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import sqlite3
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
 from dataclasses import asdict, fields
 from functools import cache
@@ -15,11 +15,14 @@ from typing import Any
 import florence_bt
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.paths import PACKAGE
-from florence_sweep.experiment import Experiment
-from florence_sweep.outcome import Outcome
+from florence_sweep.experiment import Experiment, read_experiment
+from florence_sweep.outcome import Outcome, judged
 
 _COLUMNS = [each.name for each in fields(Outcome)]
-_LISTS = ("contacts",)
+_READ: dict[str, Callable[[str], Any]] = {
+    "contacts": lambda text: tuple(json.loads(text)),
+    "measures": json.loads,
+}
 _BOOLEANS = ("false_find", "polite", "visible", "good")
 _FORM = "florence sweep 1"
 _CODE_FILES = (".py", ".yaml", ".onnx", ".xacro", ".xml")
@@ -78,20 +81,42 @@ class Results:
     def of(cls, experiment: Experiment, file: Path) -> Results:
         """Return the results of an experiment: those that are there go on, else they begin.
 
+        What is judged or compared otherwise than before is judged anew.
+
         Raises:
-            ConfigError: The file is of another experiment, or of another version of the code.
+            ConfigError: The file is of another experiment.
         """
         if not file.exists():
             cls._begin(experiment, file)
         results = cls(file)
-        another = ["--out ANOTHER", f"remove {file}"]
         if results.experiment != experiment.text:
-            problem = "has results of another experiment, or the experiment has changed since"
-            raise ConfigError(problem, file=file, valid=another)
-        if results.code != code_version():
-            problem = "was made with other code: its runs and new ones do not belong together"
-            raise ConfigError(problem, file=file, valid=another)
+            results._take(experiment)
         return results
+
+    def _take(self, experiment: Experiment) -> None:
+        """Be of an experiment whose text has changed, when its runs have not."""
+        before = read_experiment(self.experiment, self.place)
+        if not experiment.has_the_runs_of(before):
+            problem = "has results of another experiment, or the experiment has changed since"
+            raise ConfigError(problem, file=self.file, valid=_another(self.file))
+        good = [
+            (judged(each, experiment.variations[each.variation].good).good, each.number)
+            for each in self.outcomes()
+        ]
+        self.experiment = experiment.text
+        with self._open() as database:
+            database.execute("UPDATE about SET value = ? WHERE name = 'experiment'", (experiment.text,))
+            database.executemany("UPDATE runs SET good = ? WHERE number = ?", good)
+
+    def refuse_other_code(self) -> None:
+        """Refuse to go on with runs of other code than this.
+
+        Raises:
+            ConfigError: They are.
+        """
+        if self.code != code_version():
+            problem = "was made with other code: its runs and new ones do not belong together"
+            raise ConfigError(problem, file=self.file, valid=_another(self.file))
 
     @classmethod
     def _begin(cls, experiment: Experiment, file: Path) -> None:
@@ -119,19 +144,23 @@ class Results:
     def outcomes(self) -> list[Outcome]:
         """Return all runs, in the order of the experiment."""
         with self._open() as database:
-            rows = database.execute(f"SELECT {', '.join(_COLUMNS)} FROM runs ORDER BY number").fetchall()
-        return [Outcome(**{name: _read(name, value) for name, value in _named(row)}) for row in rows]
+            found = database.execute("SELECT * FROM runs ORDER BY number")
+            names = [column[0] for column in found.description]
+            return [
+                Outcome(**{name: _read(name, value) for name, value in zip(names, row, strict=True)})
+                for row in found
+            ]
 
 
-def _named(row: Sequence[Any]) -> Iterator[tuple[str, Any]]:
-    return zip(_COLUMNS, row, strict=True)
+def _another(file: Path) -> list[str]:
+    return ["--out ANOTHER", f"remove {file}"]
 
 
 def _stored(value: Any) -> Any:
-    return json.dumps(value) if isinstance(value, tuple | list) else value
+    return json.dumps(value) if isinstance(value, tuple | list | dict) else value
 
 
 def _read(name: str, value: Any) -> Any:
-    if name in _LISTS:
-        return tuple(json.loads(value))
+    if name in _READ:
+        return _READ[name](value)
     return bool(value) if name in _BOOLEANS and value is not None else value

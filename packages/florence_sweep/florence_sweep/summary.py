@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+import itertools
 import statistics
 from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from operator import attrgetter
 
-from florence_sweep.outcome import BROKEN, NOT_RUN, Outcome
+from florence_sweep.experiment import Experiment
+from florence_sweep.outcome import ALL_SEEN, BROKEN, CRITERIA, KEPT, NOT_RUN, Outcome
 from florence_sweep.statistics import mcnemar, wilson
 
 MOST_REASONS = 8
 MOST_WORST = 10
+
+HEAD = ["", "runs", "good", "succeeded", "could be seen", "polite", "contacts", "false finds", "median time"]
+HEAD += ["to ideal"]
 
 Table = tuple[list[str], list[list[str]]]
 """The head and the lines of a table."""
@@ -25,6 +31,13 @@ def share(hits: int, of: int) -> str:
     return f"{hits} of {of} ({100 * low:.0f} to {100 * high:.0f} %)"
 
 
+def chance(probability: float) -> str:
+    """Write a probability: ``38 %``, ``4.2 %``, ``below 0.1 %``."""
+    if probability < 0.001:
+        return "below 0.1 %"
+    return f"{100 * probability:.{1 if probability < 0.1 else 0}f} %"
+
+
 def variations_of(outcomes: Iterable[Outcome]) -> dict[str, list[Outcome]]:
     """Return the outcomes by what was varied, in the order of the experiment."""
     found: dict[str, list[Outcome]] = {}
@@ -35,10 +48,61 @@ def variations_of(outcomes: Iterable[Outcome]) -> dict[str, list[Outcome]]:
 
 def table_of(outcomes: Sequence[Outcome]) -> Table:
     """Return a line for each variation, and one for all."""
-    head = ["", "good", "succeeded", "polite", "contacts", "false finds", "median time", "to ideal"]
-    by_variation = variations_of(outcomes)
-    lines = [_line(name or "runs", of) for name, of in by_variation.items()]
-    return head, [*lines, _line("all", outcomes)] if len(by_variation) > 1 else lines
+    return _table_by(variations_of(outcomes), outcomes)
+
+
+def table_of_experiment(experiment: Experiment, outcomes: Sequence[Outcome]) -> Table:
+    """Return what came of an experiment, a line for each value of each factor and one for all.
+
+    Factors that it compares (``compare``) keep their first value: what the others change is told by
+    :func:`comparisons_along`.
+    """
+    (_, *head), lines = _table_by(*_groups(experiment, outcomes))
+    kept = [experiment.factors[each][0] for each in experiment.compare]
+    return [f"with {' and '.join(kept)}" if kept else "", *head], lines
+
+
+def _groups(
+    experiment: Experiment, outcomes: Iterable[Outcome]
+) -> tuple[dict[str, list[Outcome]], list[Outcome]]:
+    """Return the outcomes by each value of what is not compared, and all of them."""
+    values = experiment.values()
+    kept = {experiment.factors[each][0] for each in experiment.compare}
+    shown = [each for each in outcomes if kept <= {*values[each.variation]}]
+    varied = [of for factor, of in experiment.factors.items() if factor not in experiment.compare]
+    groups = {
+        value: of
+        for value in itertools.chain(*varied)
+        if (of := [each for each in shown if value in values[each.variation]])
+    }
+    return groups or {"": shown}, shown
+
+
+def measures_of(experiment: Experiment, outcomes: Sequence[Outcome]) -> Table:
+    """Return what is measured in runs of a kind alone: how often it holds, or its mean, least and most."""
+    groups, shown = _groups(experiment, outcomes)
+    names = list(dict.fromkeys(itertools.chain(*(each.measures for each in shown))))
+
+    def line(title: str, of: Iterable[Outcome]) -> list[str]:
+        measured = [each.measures for each in of if each.measures]
+        return [title, *(_measure([each[name] for each in measured]) for name in names)]
+
+    lines = [line(title or "runs", of) for title, of in groups.items()]
+    return ["", *names], lines if names else []
+
+
+def _measure(values: Sequence[bool | float]) -> str:
+    if not values:
+        return ""
+    if all(isinstance(each, bool) for each in values):
+        return share(sum(map(bool, values)), len(values))
+    mean, least, most = (f"{of(values):.2f}" for of in (statistics.fmean, min, max))
+    return f"{mean} ({least} to {most})"
+
+
+def _table_by(groups: Mapping[str, Sequence[Outcome]], outcomes: Sequence[Outcome]) -> Table:
+    lines = [_line(name or "runs", of) for name, of in groups.items()]
+    return list(HEAD), [*lines, _line("all", outcomes)] if len(groups) > 1 else lines
 
 
 def _line(title: str, outcomes: Sequence[Outcome]) -> list[str]:
@@ -48,8 +112,10 @@ def _line(title: str, outcomes: Sequence[Outcome]) -> list[str]:
     ratios = [each.seconds / each.ideal for each in good if each.ideal]
     return [
         title,
+        str(len(run)),
         share(len(good), len(run)),
-        str(sum(each.status == "SUCCEEDED" for each in run)),
+        str(sum(map(CRITERIA["succeeded"], run))),
+        str(sum(bool(each.visible) for each in met)) if met else "",
         share(sum(bool(each.polite) for each in met), len(met)),
         str(sum(len(each.contacts) for each in run)),
         str(sum(each.false_find for each in run)),
@@ -77,6 +143,10 @@ def why(outcome: Outcome) -> str:
         return "the program broke down"
     parts = [f"touched {', '.join(sorted(set(outcome.contacts)))}"] if outcome.contacts else []
     parts += ["found somebody where nobody is"] if outcome.false_find else []
+    parts += ["was not with the person in the end"] if outcome.measures.get(KEPT) is False else []
+    parts += ["did not see every room"] if outcome.measures.get(ALL_SEEN) is False else []
+    if outcome.status == "STOPPED" and parts:
+        return "; ".join(parts)
     if outcome.status != "SUCCEEDED":
         parts.append(f"{outcome.status} {outcome.code}".strip())
     elif outcome.polite is False:
@@ -100,13 +170,13 @@ def worst_of(outcomes: Iterable[Outcome]) -> list[Outcome]:
 
 @dataclass(frozen=True, slots=True)
 class Compared:
-    """Two sets of runs on the same seeds, of one variation.
+    """Pairs of runs on the same seeds, and whether something holds in them.
 
     Attributes:
-        both: Pairs in which both were good.
-        gained: Only the second.
-        lost: Only the first.
-        neither: Neither.
+        both: Pairs in which it holds in both.
+        gained: Only in the second.
+        lost: Only in the first.
+        neither: In neither.
     """
 
     both: int
@@ -115,53 +185,98 @@ class Compared:
     neither: int
 
     @property
+    def pairs(self) -> int:
+        """The number of pairs."""
+        return self.both + self.gained + self.lost + self.neither
+
+    @property
     def chance(self) -> float:
         """The probability that chance alone parts the pairs so unevenly or more."""
         return mcnemar(self.gained, self.lost)
 
+    def line(self, title: str) -> list[str]:
+        """Write it as a line of a table."""
+        return [
+            title,
+            share(self.both + self.lost, self.pairs),
+            share(self.both + self.gained, self.pairs),
+            str(self.gained),
+            str(self.lost),
+            chance(self.chance) if self.gained + self.lost else "",
+        ]
 
-def compared(
+
+Pair = tuple[Outcome, Outcome]
+_COMPARISON = ["", "first good", "second good", "only second", "only first", "by chance"]
+
+
+def compared(pairs: Iterable[Pair], holds: Callable[[Outcome], bool] = attrgetter("good")) -> Compared:
+    """Compare pairs of runs by what holds in them; without a word by whether they are good."""
+    found = Counter((holds(first), holds(second)) for first, second in pairs)
+    return Compared(found[True, True], found[False, True], found[True, False], found[False, False])
+
+
+def pairs_of(
     first: Iterable[Outcome], second: Iterable[Outcome], key: Callable[[Outcome], object]
-) -> Compared:
-    """Compare runs that have the same key."""
-    other = {key(each): each.good for each in second if each.was_run}
-    pairs = Counter((each.good, other[key(each)]) for each in first if each.was_run and key(each) in other)
-    return Compared(pairs[True, True], pairs[False, True], pairs[True, False], pairs[False, False])
+) -> list[Pair]:
+    """Return the runs that have the same key, of those that were run."""
+    other = {key(each): each for each in second if each.was_run}
+    return [(each, other[key(each)]) for each in first if each.was_run and key(each) in other]
 
 
 def comparison_of(first: Sequence[Outcome], second: Sequence[Outcome]) -> Table:
     """Return two sweeps side by side, paired by variation and seed."""
-    head = ["", "first good", "second good", "only second", "only first", "by chance"]
-    lines = []
-    there = variations_of(second)
-    for name, here in variations_of(first).items():
-        if name in there:
-            lines.append(_compared_line(name or "runs", here, there[name], lambda each: each.seed))
-    if len(lines) > 1:
-        lines.append(_compared_line("all", first, second, lambda each: (each.variation, each.seed)))
-    return head, lines
+    pairs = pairs_of(first, second, lambda each: (each.variation, each.seed))
+    by_variation: dict[str, list[Pair]] = {}
+    for pair in pairs:
+        by_variation.setdefault(pair[0].variation, []).append(pair)
+    lines = [compared(of).line(name or "runs") for name, of in by_variation.items()]
+    return _COMPARISON, [*lines, compared(pairs).line("all")] if len(lines) > 1 else lines
 
 
-def variations_side_by_side(outcomes: Sequence[Outcome]) -> Table:
-    """Return each variation beside the first one, paired by seed."""
-    head = ["", "first good", "this good", "only this", "only first", "by chance"]
-    (first, base), *others = variations_of(outcomes).items()
-    lines = [
-        _compared_line(f"{name} beside {first}", base, of, lambda each: each.seed) for name, of in others
+def comparisons_along(experiment: Experiment, outcomes: Sequence[Outcome]) -> list[Table]:
+    """Return each value of a factor beside its first one, on the same seeds and with the other factors equal.
+
+    Of factors that the experiment names (``compare``) each value has a table of its own, with what the runs
+    are asked to be and with the values of the other factors; else each has a line.
+    """
+    sides = [
+        (first, value, pairs)
+        for place, (factor, (first, *others)) in enumerate(experiment.factors.items())
+        if factor in (experiment.compare or experiment.factors)
+        for value in others
+        if (pairs := _paired_along(experiment, outcomes, place, (first, value)))
     ]
+    if experiment.compare:
+        return [_in_full(experiment, *side) for side in sides]
+    lines = [compared(pairs).line(f"{value} beside {first}") for first, value, pairs in sides]
+    return [(_COMPARISON, lines)] if lines else []
+
+
+def _paired_along(
+    experiment: Experiment, outcomes: Sequence[Outcome], place: int, sides: tuple[str, str]
+) -> list[Pair]:
+    """Return the runs that differ in one factor alone."""
+    values = experiment.values()
+
+    def others(outcome: Outcome) -> object:
+        of = values[outcome.variation]
+        return (*of[:place], *of[place + 1 :], outcome.seed)
+
+    first, second = ([each for each in outcomes if values[each.variation][place] == side] for side in sides)
+    return pairs_of(first, second, others)
+
+
+def _in_full(experiment: Experiment, first: str, second: str, pairs: Sequence[Pair]) -> Table:
+    head = [f"{second} beside {first}", "first", "second", "only second", "only first", "by chance"]
+    asked = dict.fromkeys(each for setup in experiment.variations.values() for each in setup.good)
+    lines = [compared(pairs).line("good")]
+    for criterion in asked:
+        of = [pair for pair in pairs if criterion in experiment.variations[pair[0].variation].good]
+        lines.append(compared(of, CRITERIA[criterion]).line(criterion.replace("_", " ")))
+    values = experiment.values()
+    for value in itertools.chain(*experiment.factors.values()):
+        of = [pair for pair in pairs if value in values[pair[0].variation]]
+        if of and value != first:
+            lines.append(compared(of).line(f"good with {value}"))
     return head, lines
-
-
-def _compared_line(
-    title: str, first: Sequence[Outcome], second: Sequence[Outcome], key: Callable[[Outcome], object]
-) -> list[str]:
-    found = compared(first, second, key)
-    of = found.both + found.gained + found.lost + found.neither
-    return [
-        title,
-        share(found.both + found.lost, of),
-        share(found.both + found.gained, of),
-        str(found.gained),
-        str(found.lost),
-        f"{100 * found.chance:.0f} %" if found.gained + found.lost else "",
-    ]

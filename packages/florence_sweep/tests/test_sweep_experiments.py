@@ -51,6 +51,19 @@ vary:
     assert cases[1].setup.links == {"/tf": Link(delay=0.15)} and not cases[2].setup.links
 
 
+def test_a_run_has_a_value_of_each_factor_and_some_factors_are_compared() -> None:
+    text = "mission: goto_user\nvary: {people: [easy, lying], battery: [20 %, 90 %]}\ncompare: "
+    experiment = read(f"{text}battery\n")
+    assert experiment.factors == {
+        "people": ("people=easy", "people=lying"),
+        "battery": ("battery=20 %", "battery=90 %"),
+    }
+    assert experiment.values()["people=lying, battery=20 %"] == ("people=lying", "battery=20 %")
+    assert list(experiment.values()) == list(experiment.variations)
+    assert experiment.compare == ("battery",)
+    assert read(f"{text}[battery, people]\n").compare == ("battery", "people")
+
+
 def test_more_runs_leave_the_numbers_of_the_others_alone() -> None:
     text = "mission: goto_user\nruns: {}\nvary: {{people: [sitting, lying]}}\n"
     few, more = (list(read(text.format(runs)).cases()) for runs in (2, 5))
@@ -96,14 +109,19 @@ good: [failed, untouched]
         ("limit: 10", "2:8", "10 s"),
         ("battery: 120 %", "2:10", "20 %"),
         ("links: {scan: {dely: 1 s}}", "2:16", "delay"),
+        ("links: {scan: {delay: -1 s}}", "2:23", "10 s"),
         ("sensors: {laser: {noise: 3}}", "2:19", "noise_mm"),
         ("sensors: {lazer: {}}", "2:11", "laser"),
         ("faults: [{skill: say}]", "2:10", "code: ..."),
         ("detections: drwn", "2:13", "drawn"),
         ("good: [suceeded]", "2:8", "succeeded"),
         ("vary: [sitting]", "2:7", "vary: {people"),
+        ("vary: {people: []}", "2:8", "people: [A, B]"),
+        ("vary: {people: {}}", "2:8", "people: [A, B]"),
         ("vary: {peple: [sitting]}", "2:8", "people"),
         ("vary: {who: {a: {peple: sitting}}}", "2:18", "people"),
+        ("compare: people", "2:10", "factor of vary cannot be"),
+        ("vary: {people: [easy]}\ncompare: peple", "3:10", "people"),
         ("home: nowhere.yaml", "2:7", "generated"),
     ],
 )

@@ -42,19 +42,32 @@ def test_a_run_that_is_there_is_not_written_twice(tmp_path: Path) -> None:
     assert [each.reason for each in results.outcomes()] == [""]
 
 
-def test_results_of_another_experiment_are_left_alone(tmp_path: Path) -> None:
-    file = tmp_path / "round.sqlite"
-    Results.of(experiment(), file)
+@pytest.mark.parametrize("line", ["seed: 2", "people: lying", "vary: {battery: [20 %]}"])
+def test_results_of_another_experiment_are_left_alone(line: str, tmp_path: Path) -> None:
+    results = Results.of(experiment(), tmp_path / "round.sqlite")
     with pytest.raises(ConfigError, match=r"another experiment.*--out"):
-        Results.of(experiment("mission: patrol\n"), file)
+        Results.of(experiment(f"mission: goto_user\n{line}\n"), results.file)
+    assert Results(results.file).experiment == experiment().text
 
 
 def test_runs_of_other_code_do_not_go_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     file = tmp_path / "round.sqlite"
-    Results.of(experiment(), file)
+    results = Results.of(experiment(), file)
+    results.refuse_other_code()
     monkeypatch.setattr(store, "code_version", lambda: "0.0.1 abc")
     with pytest.raises(ConfigError, match=r"other code.*--out"):
-        Results.of(experiment(), file)
+        results.refuse_other_code()
+
+
+def test_what_is_good_and_compared_can_change_without_running_anything_again(tmp_path: Path) -> None:
+    before = experiment("mission: goto_user\n")
+    results = Results.of(before, tmp_path / "round.sqlite")
+    for case in before.cases():
+        results.add(replace(at_once(case), contacts=("lamp",) if case.number % 2 else ()))
+    changed = experiment("mission: goto_user\nruns: 12\ngood: [untouched]  # alone\n")
+    again = Results.of(changed, results.file)
+    assert [each.good for each in again.outcomes()] == [True, False] * 5
+    assert Results(results.file).experiment == changed.text
 
 
 @pytest.mark.parametrize("content", [b"", b"no database", None])

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
-
 import pytest
 
 from florence_bt.core.clock import ManualClock
@@ -12,7 +10,6 @@ from florence_bt.core.geometry import Pose2
 from florence_bt.core.ports import Delivery, Topic
 from florence_bt.core.transforms import TransformUnavailable
 from florence_bt.simulation.rig.wires import EVERY, TRANSFORMS, Link, Wires
-from tools.trials import _late_link
 
 WORDS = Topic("words", str)
 STATE = Topic("state", str, Delivery.LATCHED)
@@ -98,12 +95,3 @@ def test_a_link_of_no_topic_is_refused() -> None:
     bench.listen(WORDS)
     with pytest.raises(ConfigError, match=r"'wrods'.*words"):
         bench.wires.check_links()
-
-
-def test_the_trials_are_told_what_is_late() -> None:
-    assert _late_link("0.15") == (EVERY, Link(delay=0.15))
-    assert _late_link("/tf=0.3") == (TRANSFORMS, Link(delay=0.3))
-    with pytest.raises(argparse.ArgumentTypeError, match="no delay"):
-        _late_link("scan=-1")
-    with pytest.raises(ValueError, match="could not convert"):
-        _late_link("scan")

@@ -92,6 +92,14 @@ def test_a_table_says_what_it_was_made_on(tmp_path: Path) -> None:
     assert tables.read_rows(tmp_path / "rows" / "crossing.csv.gz", Place) == [Place(1.0, True)] * 3
 
 
+def test_a_table_of_rows_of_another_commit_says_that_one(tmp_path: Path) -> None:
+    page = tmp_path / "people.md"
+    page.write_text("<!-- crossing -->\n<!-- end of crossing -->\n")
+    tables.write_table(page, "crossing", "| a |", "python tools/crossing.py", "1d2ed82a")
+    made = tables.made_of(tables.text_between_marks(page, "crossing") or "")
+    assert made is not None and made.commit == "1d2ed82a" and not made.changed
+
+
 def test_without_a_page_rows_go_to_build(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(tables, "BUILD", tmp_path)
     tables.RowTable("lost robots", Place, lambda rows: "").publish([Place(1.0, True)], None, "")
