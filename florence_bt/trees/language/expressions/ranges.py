@@ -1,4 +1,4 @@
-"""Which numbers an expression can give, as far as the limits of a mission's inputs say."""
+"""Numbers that an expression can give, as far as the limits of a mission's inputs say."""
 
 from __future__ import annotations
 
