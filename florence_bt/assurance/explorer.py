@@ -7,9 +7,10 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
+from florence_bt.assurance.events import Happening
 from florence_bt.assurance.lasting import Lasting
 from florence_bt.assurance.snapshot import Snapshot
-from florence_bt.assurance.world import Happening, NextEvent, World
+from florence_bt.assurance.world import NextEvent, World
 
 
 class Edge(NamedTuple):

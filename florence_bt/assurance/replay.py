@@ -6,10 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+from florence_bt.assurance.events import Happening
 from florence_bt.assurance.explorer import Edge
 from florence_bt.assurance.unknown import Atom
 from florence_bt.assurance.verifier import Explored
-from florence_bt.assurance.world import JUST_BEFORE_S, Happening, World
+from florence_bt.assurance.world import JUST_BEFORE_S, World
 from florence_bt.core.clock import ManualTimer
 from florence_bt.core.outcome import Result
 

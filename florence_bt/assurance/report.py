@@ -7,12 +7,12 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
+from florence_bt.assurance.events import Happening
 from florence_bt.assurance.paths import longest
 from florence_bt.assurance.plan import codes_behind
 from florence_bt.assurance.problems import BROKEN, Problem, occurring_codes, problems_of
 from florence_bt.assurance.replay import Replayed, replay
 from florence_bt.assurance.verifier import Explored, Verifier
-from florence_bt.assurance.world import Happening
 from florence_bt.core.declaration import Kind, quantity_text
 from florence_bt.trees.language.model import Mission
 
@@ -154,7 +154,8 @@ def _duration(seconds: float) -> str:
 
 
 def _problem(verdict: Verdict, problem: Problem) -> list[str]:
-    place = str(verdict.mission.file) + (f":{problem.position.line}" if problem.position is not None else "")
+    place = str(problem.file or verdict.mission.file)
+    place += f":{problem.position.line}" if problem.position is not None else ""
     lines = [f"  {problem.severity}: {problem.text}", f"    {place}"]
     if problem.path:
         lines += ["    It comes like this:", *_trace(replay(verdict.explored, problem.path))]
@@ -178,6 +179,8 @@ def _line(each: Happening) -> str:
         return (
             f"{name}: stopped" if each.result.code == "cancelled" else f"{name}: FAILURE {each.result.code}"
         )
+    if each.what == "unwanted":
+        return f"here it holds: {each.text.removeprefix('never: ')}"
     if each.what in ("stop", "override"):
         return "somebody stops the mission" if each.what == "stop" else "somebody takes the robot over"
     return ""

@@ -16,6 +16,8 @@ from py_trees.common import Status
 from py_trees.composites import Sequence
 
 from florence_bt.assurance.choices import Choices
+from florence_bt.assurance.conditions import UnwantedConditions
+from florence_bt.assurance.events import Happening
 from florence_bt.assurance.lasting import Lasting, apply, effect_of, effect_of_failure
 from florence_bt.assurance.open_clock import UNLIMITED_S, OpenClock
 from florence_bt.assurance.plan import Plan, classes_of
@@ -38,10 +40,11 @@ from florence_bt.core.skill import Skill
 from florence_bt.runtime.run_environment import BASE, keep_off_the_base
 from florence_bt.trees import kinds
 from florence_bt.trees.checks.outcomes import MISTAKES
+from florence_bt.trees.language.analysis import Analysis
 from florence_bt.trees.language.code_groups import groups_of
 from florence_bt.trees.language.compile import compile_mission, origin_of
 from florence_bt.trees.language.loader import MissionLibrary
-from florence_bt.trees.language.model import Mission, Node
+from florence_bt.trees.language.model import Mission, Node, Property
 
 JUST_BEFORE_S = 1e-6
 """How long before a timer something happens that comes right before it."""
@@ -80,26 +83,6 @@ class NextEvent(NamedTuple):
 BEGIN, TICK, REPORT, TIME, STOP, OVERRIDE = map(
     NextEvent, ("begin", "tick", "stopped", "time", "stop", "override")
 )
-
-
-@dataclass(frozen=True, slots=True)
-class Happening:
-    """Something that happened in a step, for traces.
-
-    Attributes:
-        what: ``start``, ``end``, ``cancel``, ``wrong``, ``stop``, ``override``.
-        path: The node, as a path.
-        skill: The skill.
-        result: How it ended.
-        text: What else there is to say.
-    """
-
-    what: str
-    path: str = ""
-    skill: str = ""
-    result: Result | None = None
-    text: str = ""
-    inputs: Mapping[str, Any] = field(default_factory=dict)
 
 
 @dataclass(slots=True)
@@ -146,6 +129,7 @@ class World(Unchanging):
         plan: What decides how it goes.
         given: The inputs that are known; others can be anything.
         called: Missions that are called, as skills.
+        properties: What its author wants to hold.
         coarse_s: Timers that take longer may fire at any moment; None: every timer fires when it is due.
     """
 
@@ -157,6 +141,7 @@ class World(Unchanging):
         plan: Plan,
         given: Mapping[str, Any],
         called: Callable[[World], Mapping[str, Skill]],
+        properties: Iterable[Property] = (),
         coarse_s: float | None = None,
     ) -> None:
         self.mission = mission
@@ -165,7 +150,7 @@ class World(Unchanging):
         self.clock = OpenClock(coarse_s)
         self.choices = Choices()
         self.facts = Facts(self.choices)
-        self.assumed: dict[str, None] = {}
+        self.assumed: dict[str, None] = dict.fromkeys(plan.abstracted)
         self.happened: list[Happening] = []
         self.seen = Seen()
         self.moment = WorldMoment()
@@ -181,6 +166,8 @@ class World(Unchanging):
         }
         self._skills.update(called(self))
         self._context = self._make_context()
+        kinds_of_keys = Analysis(library, declarations).key_kinds(mission)
+        self._unwanted = UnwantedConditions(properties, self._groups, kinds_of_keys, self._context.keys)
         inputs = {name: self._input(name, port, given) for name, port in mission.inputs.items()}
         self.tree = compile_mission(mission, library, inputs, self._context)
         self._ticker = Ticker(self.tree.root, record=True)
@@ -412,10 +399,16 @@ class World(Unchanging):
             self._stop(event.what)
         if event.what in ("end", "time", "expire"):
             self._tick()
+        self._look_at_conditions()
         covered = self.moment.cover is not None
         self.clock.tidy()
         seconds = 0.0 if covered else max(longest, round(self.clock.now() - began, 3))
         return seconds + self._cover()
+
+    def _look_at_conditions(self) -> None:
+        """Note which conditions over keys hold now that must not."""
+        running = {entry.skill for entry in self._context.runs if not entry.left}
+        self.happened += self._unwanted.after(running, self.moment.end if self.over else None)
 
     def _cover(self) -> float:
         """See to it that a timer counts for the time up to its end, if one is open; return what that adds.
@@ -548,12 +541,16 @@ class World(Unchanging):
     def _choose(self, path: str, declaration: SkillDeclaration, ends: tuple[End, ...]) -> End:
         return ends[self.choices.take(len(ends))]
 
+    def _happens(self, happening: Happening) -> None:
+        self.happened.append(happening)
+        self.happened += self._unwanted.when(happening)
+
     def _on_started(self, path: str, skill: str, inputs: Mapping[str, Any]) -> None:
-        self.happened.append(Happening("start", path, skill, inputs=dict(inputs)))
+        self._happens(Happening("start", path, skill, inputs=dict(inputs)))
         apply(effect_of(skill, inputs), self.moment.lasting)
 
     def _on_ended(self, path: str, skill: str, result: Result) -> None:
-        self.happened.append(Happening("end", path, skill, result))
+        self._happens(Happening("end", path, skill, result))
         if result.code not in ("ok", "cancelled"):
             apply(effect_of_failure(skill), self.moment.lasting)
 

@@ -27,6 +27,11 @@ SKILL_INPUT_KEYS = (*INPUT_KEYS, "names", "choices")
 SKILL_OUTPUT_KEYS = (*OUTPUT_KEYS, "default", "names")
 LABELLED = ("room", "hotspot")
 """What a text can name of a home: ``names`` of an input or output of a skill."""
+PROPERTY_WORDS = ("never", "after", "at_most", "always_before")
+"""How a property of a mission begins."""
+BESIDE_PROPERTY: dict[str, tuple[str, ...]] = {"after": ("eventually", "within")}
+"""Word of a property -> what stands beside it, ``because`` apart."""
+PROPERTY_KEYS = (*PROPERTY_WORDS, *BESIDE_PROPERTY["after"], "because")
 ON_RESTART = ("abort", "restart", "resume")
 
 IDENTIFIER = re.compile(r"[a-z][a-z0-9_]*")
