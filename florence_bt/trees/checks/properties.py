@@ -12,7 +12,7 @@ from florence_bt.trees.kinds.words import TREE_CODES
 from florence_bt.trees.language.analysis import Analysis, skills_used_by
 from florence_bt.trees.language.findings import Finding, FindingList
 from florence_bt.trees.language.model import Mission, Property, PropertyEvent
-from florence_bt.trees.language.properties import IT, read_properties_beside
+from florence_bt.trees.language.properties import IT, properties_file, read_properties_beside
 
 
 def properties_of(mission: Mission, analysis: Analysis) -> tuple[tuple[Property, ...], list[Finding]]:
@@ -22,8 +22,18 @@ def properties_of(mission: Mission, analysis: Analysis) -> tuple[tuple[Property,
         mission: The mission.
         analysis: Its surroundings.
     """
-    properties, findings = read_properties_beside(mission.file)
-    return properties, [*findings, *_PropertyChecks(mission, analysis).found(properties)]
+    beside, findings = read_properties_beside(mission.file)
+    properties = (*mission.properties, *beside)
+    twice = _in_two_places(mission) if mission.properties and beside else []
+    return properties, [*findings, *twice, *_PropertyChecks(mission, analysis).found(properties)]
+
+
+def _in_two_places(mission: Mission) -> list[Finding]:
+    """Report that some properties stand in the mission and others beside it: readers would miss these."""
+    notes, other = FindingList(mission.file), properties_file(mission.file).name
+    message = f"the mission has properties here and in {other}"
+    notes.error(mission.properties[0].position, message, [f"all of them here, without {other}"])
+    return notes.findings
 
 
 class _PropertyChecks:

@@ -433,6 +433,7 @@ class Mission:
         inputs: What a caller gives, in SI units.
         outputs: What it leaves in keys of these names when it succeeds.
         keys: ``keys``: the keys that are declared, with their types; a default is the value at the start.
+        properties: What its author wants to hold of it, as far as it stands in the file itself.
         on_restart: ``abort``, ``restart`` or ``resume``: what follows when the executor died on it.
         tree: The root node; None when the file is too broken to have one.
         positions: Where the inputs, outputs and keys are declared, by name, and their defaults, by
@@ -450,6 +451,7 @@ class Mission:
     inputs: Mapping[str, Port] = field(default_factory=dict)
     outputs: Mapping[str, Port] = field(default_factory=dict)
     keys: Mapping[str, Port] = field(default_factory=dict)
+    properties: tuple[Property, ...] = ()
     on_restart: str = "abort"
     tree: Node | None = None
     positions: Mapping[str, Position] = field(default_factory=dict)

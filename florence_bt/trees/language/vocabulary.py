@@ -17,7 +17,10 @@ ANYWHERE = ("name", *GUARDS, "interrupted_by", "until", "on_failure", "ensure", 
 BESIDE: dict[str, tuple[str, ...]] = {"code": ("while", "until", "ensure")}
 """Modifiers of some kinds -> other modifiers of a node that allow them too, whatever its kind."""
 
-MISSION_KEYS = ("mission", "description", "imported_from", "inputs", "outputs", "keys", "on_restart", "tree")
+MISSION_KEYS = (
+    *("mission", "description", "imported_from", "inputs", "outputs", "keys"),
+    *("properties", "on_restart", "tree"),
+)
 INTERRUPTION_KEYS = ("if", "do")
 """What stands under ``interrupted_by``: what is asked, and what is done then."""
 INPUT_KEYS = ("type", "default", "min", "max", "description")

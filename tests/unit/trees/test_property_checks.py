@@ -53,6 +53,23 @@ def test_a_key_that_a_property_reads_is_read(tmp_path: Path):
     assert not findings_of(tmp_path)
 
 
+@pytest.mark.parametrize("text", WRONG)
+def test_the_section_of_the_mission_is_checked_in_the_same_way(tmp_path: Path, text: str):
+    section = f"properties:\n  - never: turn while $far < 1 m\n  - {text}\n"
+    [finding] = findings_of(tmp_path, MISSION + section)
+    assert WRONG[text] in finding.message
+    assert (Path(finding.file).name, finding.line, finding.severity) == ("tried.yaml", 9, "error")
+
+
+def test_properties_in_two_places_are_told(tmp_path: Path):
+    """Who opens the mission would believe that these are all."""
+    section = "properties:\n  - never: turn while $far < 1 m\n"
+    beside(tmp_path, section)
+    [finding] = findings_of(tmp_path, MISSION + section)
+    assert "here and in tried.properties.yml" in finding.message
+    assert (Path(finding.file).name, finding.line, finding.severity) == ("tried.yaml", 8, "error")
+
+
 @pytest.mark.parametrize("text", ["properties: {never: turn}\n", "never: turn\n", "a: *b\n"])
 def test_a_file_without_a_list_is_told(tmp_path: Path, text: str):
     file = beside(tmp_path, text)
