@@ -110,6 +110,15 @@ def _position(explored: Explored, path: str) -> Position | None:
     return None
 
 
+def place_of(explored: Explored, problem: Problem) -> Position | None:
+    """Return where in the mission a problem shows: its own place, else that of the last node on its way."""
+    if problem.position is not None and problem.file in (None, explored.mission.file):
+        return problem.position
+    paths = [each.path for edge in problem.path for each in edge.happened if each.path]
+    places = (_position(explored, path) for path in reversed(paths))
+    return next((place for place in places if place is not None), None)
+
+
 # ---- mistakes, waits for nothing ------------------------------------------------------------------------
 
 _WORDS = {
