@@ -22,7 +22,8 @@ class Happening:
     """Something that happened in a step, for traces.
 
     Attributes:
-        what: ``start``, ``end``, ``cancel``, ``wrong``, ``unwanted``, ``stop``, ``override``.
+        what: ``start``, ``end``, ``cancel``, ``wrong``, ``unwanted``, ``pause``, ``stop``,
+            ``override``.
         path: The node, as a path.
         skill: The skill.
         result: How it ended.

@@ -148,7 +148,7 @@ class _Exploration:
         graph.waits += world.waits
         goes_on = False
         for event in events:
-            goes_on = goes_on or event.what not in ("stop", "override")
+            goes_on = goes_on or event.what not in ("pause", "stop", "override")
             for edge in self._steps(event, snapshot):
                 graph.edges[number].append(edge)
         if not goes_on:

@@ -7,6 +7,7 @@ a skill.
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Mapping
 from typing import Any
@@ -123,6 +124,8 @@ class _Automaton:
         return tuple(sorted(each for each in running if each[0] in names))
 
     def _after(self, memory: Memory, each: Happening) -> Memory:
+        if memory and each.what == "pause":
+            return (-math.inf,)  # what was paused may take longer
         if memory:
             return () if self._is(self._then, each) or each.what in ("stop", "override") else memory
         return (0.0,) if self._is(self._first, each) else memory

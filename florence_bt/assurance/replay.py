@@ -116,7 +116,7 @@ class _Replay:
             timer, seconds = list(clock.still_open().items())[event.timer]
             due = self._opened.get(timer, self._now) + seconds
             self._ahead = max(self._ahead, due - clock.now())
-        elif event.what in ("end", "stop", "override") and not event.late:
+        elif event.what in ("end", "pause", "stop", "override") and not event.late:
             due_next = clock.next_due()
             left = A_MOMENT_S if due_next is None else min(A_MOMENT_S, (due_next - clock.now()) / 2.0)
             if self._slow and edge.seconds > left:

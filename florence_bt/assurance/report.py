@@ -179,6 +179,13 @@ def _trace(played: Replayed) -> list[str]:
     return [f"{when:>{width}g} s  {text}" for when, text in shown]
 
 
+_BY_PEOPLE = {
+    "pause": "somebody pauses the mission, and lets it go on",
+    "stop": "somebody stops the mission",
+    "override": "somebody takes the robot over",
+}
+
+
 def _line(each: Happening) -> str:
     """Write what happened as a trace does."""
     name = each.path.rsplit("/", 1)[-1]
@@ -192,9 +199,7 @@ def _line(each: Happening) -> str:
         )
     if each.what == "unwanted":
         return f"here it holds: {each.text.removeprefix('never: ')}"
-    if each.what in ("stop", "override"):
-        return "somebody stops the mission" if each.what == "stop" else "somebody takes the robot over"
-    return ""
+    return _BY_PEOPLE.get(each.what, "")
 
 
 def table_of(verdicts: Iterable[Verdict]) -> str:

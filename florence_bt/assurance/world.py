@@ -68,7 +68,8 @@ class NextEvent(NamedTuple):
 
     Attributes:
         what: ``begin``, ``tick``, ``end`` (of skills), ``stopped`` (the ends of cancelled skills), ``time``
-            (to the next timer), ``expire`` (of a timer that is open), ``stop`` or ``override``.
+            (to the next timer), ``expire`` (of a timer that is open), ``pause`` (which is over at once),
+            ``stop`` or ``override``.
         ends: The skills that end at this moment: one, or two of them.
         late: Whether they end right before the next timer, instead of now.
         timer: Which of the open timers is due.
@@ -80,8 +81,8 @@ class NextEvent(NamedTuple):
     timer: int = 0
 
 
-BEGIN, TICK, REPORT, TIME, STOP, OVERRIDE = map(
-    NextEvent, ("begin", "tick", "stopped", "time", "stop", "override")
+BEGIN, TICK, REPORT, TIME, PAUSE, STOP, OVERRIDE = map(
+    NextEvent, ("begin", "tick", "stopped", "time", "pause", "stop", "override")
 )
 
 
@@ -155,6 +156,7 @@ class World(Unchanging):
         self.seen = Seen()
         self.moment = WorldMoment()
         self._held: list[Callable[[], None]] | None = None
+        self._again: set[str] = set()
         declarations = library.with_declared(declarations)
         self.declarations = declarations
         self._groups = groups_of(declarations)
@@ -313,6 +315,10 @@ class World(Unchanging):
             if len(runs) > 1 or late:
                 yield from (NextEvent("time", (ended,)) for own in ways for ended in own)
         if self.moment.end is None:
+            if runs:
+                yield PAUSE
+                if late:
+                    yield PAUSE._replace(late=True)
             yield STOP
             if self.drives_in_cleanup:
                 yield OVERRIDE
@@ -395,6 +401,8 @@ class World(Unchanging):
             self.clock.fire(opened[event.timer])
         elif event.what == "stopped":
             self._report_stops()
+        elif event.what == "pause":
+            self._pause(late=event.late)
         else:
             self._stop(event.what)
         if event.what in ("end", "time", "expire"):
@@ -496,12 +504,16 @@ class World(Unchanging):
         alone = not event.late and self._timers_beside(runs) == 0
         longest = self._longest(runs[0], _open(runs[0])) if alone else 0.0
         if event.late:
-            due = self.clock.next_due()
-            assert due is not None  # only then something can be late
-            self.clock.advance_to(due - JUST_BEFORE_S)
+            self._wait_until_just_before()
         for ended in event.ends:
             self._end_run(runs[ended.run], ended.end)
         return longest
+
+    def _wait_until_just_before(self) -> None:
+        """Let the time pass up to right before the next timer."""
+        due = self.clock.next_due()
+        assert due is not None  # only then something can be late
+        self.clock.advance_to(due - JUST_BEFORE_S)
 
     def _end_run(self, entry: OpenRun, number: int) -> None:
         run = _open(entry)
@@ -528,6 +540,24 @@ class World(Unchanging):
             if entry.left:
                 self._context.poll(entry)
 
+    def _pause(self, *, late: bool) -> None:
+        """Pause the run and let it go on: its time stands still, and what ran is started again.
+
+        That a skill has ended all the same, before its cancel or at once when it is started again, is a step
+        of its own: here it goes on.
+        """
+        if late:
+            self._wait_until_just_before()
+        self.happened.append(Happening("pause"))
+        self._again = {entry.path for entry in self._context.runs}
+        self._context.suspend()
+        for run in self._all_open():
+            if run.asked_to_stop:
+                run.finish(STOPPED)
+        self._context.resume()
+        self._tick()
+        self._again = set()
+
     def _stop(self, how: str) -> None:
         if how == "override":
             keep_off_the_base(
@@ -539,17 +569,22 @@ class World(Unchanging):
     # ---- what is noted ----------------------------------------------------------------------------------
 
     def _choose(self, path: str, declaration: SkillDeclaration, ends: tuple[End, ...]) -> End:
-        return ends[self.choices.take(len(ends))]
+        goes_on = path in self._again and not declaration.instant
+        return ends[0 if goes_on else self.choices.take(len(ends))]
 
     def _happens(self, happening: Happening) -> None:
         self.happened.append(happening)
         self.happened += self._unwanted.when(happening)
 
     def _on_started(self, path: str, skill: str, inputs: Mapping[str, Any]) -> None:
+        if path in self._again:
+            return
         self._happens(Happening("start", path, skill, inputs=dict(inputs)))
         apply(effect_of(skill, inputs), self.moment.lasting)
 
     def _on_ended(self, path: str, skill: str, result: Result) -> None:
+        if path in self._again:
+            return
         self._happens(Happening("end", path, skill, result))
         if result.code not in ("ok", "cancelled"):
             apply(effect_of_failure(skill), self.moment.lasting)
@@ -563,6 +598,8 @@ class World(Unchanging):
 
     def note_cancel(self, run: OpenEnd) -> None:
         """Note that a skill is cancelled, and what may last of a mission."""
+        if run.path in self._again:
+            return
         self.happened.append(Happening("cancel", run.path, run.declaration.name))
         apply(run.stops[self.choices.take(len(run.stops))], self.moment.lasting)
 
