@@ -1,6 +1,7 @@
-"""Makes the picture of the editor: python -m tools.editor_picture docs/img/editor.png
+"""Makes the pictures of the editor: a mission that is tried, and one of which something does not hold.
 
-Starts a page without a robot, opens a mission in a browser (playwright, Debian's chromium) and tries it.
+``python -m tools.editor_picture docs/img/editor.png docs/img/editor_verify.png``. Starts a page without a
+robot, and opens the missions in a browser (playwright, Debian's chromium).
 """
 
 from __future__ import annotations
@@ -37,16 +38,35 @@ tree:
         any:
           say: {text: I could not get home.}
 """
+LIGHT = """\
+mission: fetch_light
+description: Looks in the dark whether somebody is there.
+keys:
+  lit: {type: boolean, default: false}
+properties:
+  - never: it ends while $lit
+    because: The light is left on.
+tree:
+  sequence:
+    - run: goto_room
+      with: {room: kitchen}
+    - set: {lit: true}
+    - say: {text: "Light, please!"}
+    - run: detect_user
+    - say: {text: "Light off, please!"}
+    - set: {lit: false}
+"""
 SIZE = {"width": 1400, "height": 860}
 LONGEST_MS = 300_000
 
 
-def draw(out: Path) -> None:
-    """Make the picture."""
+def draw(tried: Path, verified: Path) -> None:
+    """Make the pictures."""
     with tempfile.TemporaryDirectory(prefix="florence_picture_") as folder:
         missions = Path(folder) / "missions"
         missions.mkdir()
         (missions / "tea_round.yaml").write_text(MISSION)
+        (missions / "fetch_light.yaml").write_text(LIGHT)
         port = _free_port()
         command = [sys.executable, "-m", "florence_bt.cli", "page", "--port", str(port)]
         environment = {**os.environ, "XDG_CONFIG_HOME": folder}
@@ -61,7 +81,10 @@ def draw(out: Path) -> None:
                 page.set_default_timeout(LONGEST_MS)
                 page.goto(f"http://localhost:{port}/edit/tea_round")
                 _try_it(page)
-                page.screenshot(path=out)
+                page.screenshot(path=tried)
+                page.goto(f"http://localhost:{port}/edit/fetch_light")
+                _verify_it(page)
+                page.screenshot(path=verified)
                 chromium.close()
         finally:
             server.terminate()
@@ -75,6 +98,14 @@ def _try_it(page: Page) -> None:
     page.click(".q-tab:has-text('Try')")
     page.click("button:has-text('Try it')")
     page.wait_for_selector("text=/It (succeeded|failed)/")
+    page.wait_for_timeout(1000)
+
+
+def _verify_it(page: Page) -> None:
+    page.wait_for_selector("text=nothing is wrong")
+    page.click(".q-tab:has-text('Verify')")
+    page.click("button:has-text('Verify it')")
+    page.wait_for_selector("text=It comes like this")
     page.wait_for_timeout(1000)
 
 
@@ -95,5 +126,7 @@ def _wait_for(port: int) -> None:
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("out", type=Path)
-    draw(parser.parse_args().out)
+    parser.add_argument("tried", type=Path)
+    parser.add_argument("verified", type=Path)
+    given = parser.parse_args()
+    draw(given.tried, given.verified)

@@ -7,9 +7,10 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
+from florence_bt.assurance.events import Happening
 from florence_bt.assurance.lasting import Lasting
 from florence_bt.assurance.snapshot import Snapshot
-from florence_bt.assurance.world import Happening, NextEvent, World
+from florence_bt.assurance.world import NextEvent, World
 
 
 class Edge(NamedTuple):
@@ -147,7 +148,7 @@ class _Exploration:
         graph.waits += world.waits
         goes_on = False
         for event in events:
-            goes_on = goes_on or event.what not in ("stop", "override")
+            goes_on = goes_on or event.what not in ("pause", "stop", "override")
             for edge in self._steps(event, snapshot):
                 graph.edges[number].append(edge)
         if not goes_on:

@@ -12,8 +12,8 @@ Allowed = Callable[[Edge], bool]
 
 
 def by_itself(edge: Edge) -> bool:
-    """Tell whether a step needs nobody who stops the mission."""
-    return edge.event.what not in ("stop", "override")
+    """Tell whether a step needs nobody who pauses or stops the mission."""
+    return edge.event.what not in ("pause", "stop", "override")
 
 
 def shortest(

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from florence_bt.core.declaration import CodeGroup
 from florence_bt.trees import kinds
 from florence_bt.trees.language import model
 from florence_bt.trees.language.code_groups import codes_named
 from florence_bt.trees.language.expressions import syntax
-from florence_bt.trees.language.model import Literal, Mission, Node, Value
+from florence_bt.trees.language.model import Literal, Mission, Node, PoseParts, Property, Template, Value
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,11 +21,13 @@ class Plan:
         deciding: The keys whose values decide something.
         needed: The keys whose values are needed as they stand: numbers of rounds, durations.
         words: The codes and groups of codes that are told apart.
+        abstracted: What is taken with values that stand for others, a sentence each.
     """
 
     deciding: frozenset[str]
     needed: frozenset[str]
     words: frozenset[str]
+    abstracted: tuple[str, ...] = ()
 
 
 class CodeClass(str):
@@ -66,7 +68,7 @@ def plan_of(
     mission: Mission,
     called: Callable[[str], Plan | None],
     asked: Iterable[str] = (),
-    codes: Iterable[str] = (),
+    properties: Iterable[Property] = (),
 ) -> Plan:
     """Find what decides in a mission.
 
@@ -74,15 +76,17 @@ def plan_of(
         mission: The mission.
         called: Gives the plan of a mission that is called.
         asked: Keys that somebody else asks for.
-        codes: Codes that somebody else tells apart, such as the author's properties.
+        properties: What the author wants to hold: keys and codes that it tells apart.
     """
     deciding, needed = set(asked), set[str]()
     flows: list[tuple[str, frozenset[str]]] = []
-    words = set(codes)
+    wanted = tuple(properties)
+    words = {event.code for each in wanted for event in each.events if event.code}
+    conditions = [each.condition for each in wanted if each.condition is not None]
+    for expression in (*conditions, *(each for node in mission.nodes() for each in node.expressions)):
+        deciding.update(expression.keys)
+        words |= _texts(expression)
     for node in mission.nodes():
-        for expression in node.expressions:
-            deciding.update(expression.keys)
-            words |= _texts(expression)
         words.update(_words(node))
         deciding |= _read_to_decide(node)
         needed |= _needed(node)
@@ -91,7 +95,24 @@ def plan_of(
             for name, value in node.inputs:
                 deciding |= _keys(value) if name.text in plan.deciding else set()
                 needed |= _keys(value) if name.text in plan.needed else set()
-    return Plan(_closed(deciding, flows), _closed(needed, flows), frozenset(words))
+    plan = Plan(_closed(deciding, flows), _closed(needed, flows), frozenset(words))
+    return replace(plan, abstracted=tuple(dict.fromkeys(_abstracted(mission, plan, called))))
+
+
+def _abstracted(mission: Mission, plan: Plan, called: Callable[[str], Plan | None]) -> Iterator[str]:
+    """Yield what is put together of other values, which may not be known: texts and poses."""
+    for node in mission.nodes():
+        counts = plan
+        given: Iterable[tuple[Literal, Value]] = ()
+        match node:
+            case kinds.Set(values=values) | kinds.Append(values=values):
+                given = values
+            case kinds.CallMission(inputs=values) if (below := called(node.mission.text)) is not None:
+                given, counts = values, below
+        for name, value in given:
+            if name.text in counts.deciding and isinstance(value, (Template, PoseParts)) and _keys(value):
+                what = "the text" if isinstance(value, Template) else "the pose"
+                yield f"{what} {name.text} is made of values that stand for others"
 
 
 def _closed(keys: set[str], flows: list[tuple[str, frozenset[str]]]) -> frozenset[str]:

@@ -5,17 +5,19 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
+from pathlib import Path
 
 from py_trees.behaviour import Behaviour
 from py_trees.composites import Parallel
 
+from florence_bt.assurance.events import Happening
 from florence_bt.assurance.explorer import Edge, Graph
 from florence_bt.assurance.lasting import left_on
 from florence_bt.assurance.paths import by_itself, circles, is_circle, shortest
 from florence_bt.assurance.plan import codes_behind
-from florence_bt.assurance.properties import Property, way_that_breaks
+from florence_bt.assurance.properties import way_that_breaks
 from florence_bt.assurance.verifier import Explored, Verifier
-from florence_bt.assurance.world import SUCCEEDED, Happening
+from florence_bt.assurance.world import SUCCEEDED
 from florence_bt.behaviours.composites import ReactiveSelector, ReactiveSequence
 from florence_bt.behaviours.decorators import While
 from florence_bt.behaviours.looping import Repeat, Retry
@@ -28,7 +30,7 @@ from florence_bt.trees import kinds
 from florence_bt.trees.checks.outcomes import MISTAKES, mission_outcomes
 from florence_bt.trees.language.code_groups import codes_named
 from florence_bt.trees.language.compile import origin_of
-from florence_bt.trees.language.model import Literal, Node
+from florence_bt.trees.language.model import Literal, Node, Property
 
 BROKEN, WARNING = "broken", "warning"
 _OF_PEOPLE = ("wait_for_", "await_")
@@ -54,9 +56,10 @@ class Problem:
         kind: A word for what it is, such as ``left_on``.
         severity: ``broken``, or ``warning``.
         text: A sentence for people.
-        position: Where in the file, if that is known.
+        position: Where in its file, if that is known.
         path: The shortest way to it.
         about: The node, skill or code that it is about.
+        file: The file of the position; None: that of the mission.
     """
 
     kind: str
@@ -65,6 +68,7 @@ class Problem:
     position: Position | None = None
     path: tuple[Edge, ...] = ()
     about: str = ""
+    file: Path | None = None
 
 
 def problems_of(explored: Explored, verifier: Verifier) -> list[Problem]:
@@ -104,6 +108,15 @@ def _position(explored: Explored, path: str) -> Position | None:
             origin = origin_of(node)
             return origin.node.position if origin is not None and origin.mission is explored.mission else None
     return None
+
+
+def place_of(explored: Explored, problem: Problem) -> Position | None:
+    """Return where in the mission a problem shows: its own place, else that of the last node on its way."""
+    if problem.position is not None and problem.file in (None, explored.mission.file):
+        return problem.position
+    paths = [each.path for edge in problem.path for each in edge.happened if each.path]
+    places = (_position(explored, path) for path in reversed(paths))
+    return next((place for place in places if place is not None), None)
 
 
 # ---- mistakes, waits for nothing ------------------------------------------------------------------------
@@ -321,21 +334,23 @@ def _codes(explored: Explored, verifier: Verifier) -> Iterator[Problem]:
 def _properties(explored: Explored, verifier: Verifier) -> Iterator[Problem]:
     """Find what the author wants to hold, and does not."""
     for each in verifier.properties(explored.mission):
-        way = way_that_breaks(each, explored.graph)
+        way = way_that_breaks(each, explored.graph, verifier.analysis.groups)
         if way is not None:
             text = each.because or f"it does not hold that: {each.text}"
-            yield Problem(each.word, BROKEN, text, None, way, _about(each))
+            yield Problem(each.word, BROKEN, text, each.position, way, _about(each), each.file)
 
 
 def _about(wanted: Property) -> str:
+    """Return the skills that a property is about, and how often: what a scenario can expect of them."""
+    names = [event.who for event in wanted.events]
     match wanted.word:
         case "at_most":
-            return f"{wanted.first.who} {wanted.most}"
-        case "after" if wanted.then is not None:
-            return f"{wanted.first.who} {wanted.then.who}"
-        case "always_before" if wanted.then is not None:
-            return f"{wanted.then.who} {wanted.first.who}"
-    return wanted.first.who
+            return f"{names[0]} {wanted.most}"
+        case "after":
+            return " ".join(names)
+        case "always_before":
+            return " ".join(reversed(names))
+    return names[0] if names else ""
 
 
 # ---- what is never reached ------------------------------------------------------------------------------

@@ -6,10 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+from florence_bt.assurance.events import Happening
 from florence_bt.assurance.explorer import Edge
 from florence_bt.assurance.unknown import Atom
 from florence_bt.assurance.verifier import Explored
-from florence_bt.assurance.world import JUST_BEFORE_S, Happening, World
+from florence_bt.assurance.world import JUST_BEFORE_S, World
 from florence_bt.core.clock import ManualTimer
 from florence_bt.core.outcome import Result
 
@@ -115,7 +116,7 @@ class _Replay:
             timer, seconds = list(clock.still_open().items())[event.timer]
             due = self._opened.get(timer, self._now) + seconds
             self._ahead = max(self._ahead, due - clock.now())
-        elif event.what in ("end", "stop", "override") and not event.late:
+        elif event.what in ("end", "pause", "stop", "override") and not event.late:
             due_next = clock.next_due()
             left = A_MOMENT_S if due_next is None else min(A_MOMENT_S, (due_next - clock.now()) / 2.0)
             if self._slow and edge.seconds > left:

@@ -7,12 +7,12 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
+from florence_bt.assurance.events import Happening
 from florence_bt.assurance.paths import longest
 from florence_bt.assurance.plan import codes_behind
 from florence_bt.assurance.problems import BROKEN, Problem, occurring_codes, problems_of
 from florence_bt.assurance.replay import Replayed, replay
 from florence_bt.assurance.verifier import Explored, Verifier
-from florence_bt.assurance.world import Happening
 from florence_bt.core.declaration import Kind, quantity_text
 from florence_bt.trees.language.model import Mission
 
@@ -91,20 +91,23 @@ def text_of(verdict: Verdict, scenarios: dict[int, Path] | None = None, *, detai
         scenarios: Number of a problem -> the scenario file that shows it.
         details: Whether to show how the longest run goes.
     """
-    lines = [f"{verdict.mission.name}: {_headline(verdict)}", f"  {_size(verdict)}"]
+    lines = [f"{verdict.mission.name}: {headline_of(verdict)}", *(f"  {line}" for line in facts_of(verdict))]
     for number, problem in enumerate(verdict.problems):
         lines += ["", *_problem(verdict, problem)]
         if scenarios and number in scenarios:
             lines.append(f"    Play it: florence test {scenarios[number]}")
-    if verdict.called:
-        lines.append(f"  broken or not all explored, and called by it: {', '.join(verdict.called)}")
     if details and math.isfinite(verdict.longest_s):
         way = longest(verdict.explored.graph)[1]
-        lines += ["", "  The longest run:", *_trace(replay(verdict.explored, way, slow=True))]
+        lines += [
+            "",
+            "  The longest run:",
+            *(f"      {each}" for each in _trace(replay(verdict.explored, way, slow=True))),
+        ]
     return "\n".join(lines)
 
 
-def _headline(verdict: Verdict) -> str:
+def headline_of(verdict: Verdict) -> str:
+    """Return in a few words whether everything holds."""
     broken = len(verdict.broken)
     if broken:
         return f"BROKEN, {broken} thing{'s' if broken > 1 else ''}"
@@ -116,7 +119,8 @@ def _headline(verdict: Verdict) -> str:
     return "holds" + (f", {warnings} warning{'s' if warnings > 1 else ''}" if warnings else "")
 
 
-def _size(verdict: Verdict) -> str:
+def facts_of(verdict: Verdict) -> list[str]:
+    """Return what was explored, how it ends and what was assumed, a line each."""
     graph = verdict.explored.graph
     states = f"{len(graph.edges)} states" + (
         f", {graph.unexplored} of them were not looked at" if graph.unexplored else ", all of them"
@@ -124,12 +128,14 @@ def _size(verdict: Verdict) -> str:
     time = (
         "as long as it takes" if math.isinf(verdict.longest_s) else f"at most {_duration(verdict.longest_s)}"
     )
-    lines = [f"{states}; it takes {time}", f"  it fails with: {_few_codes(verdict)}"]
+    lines = [f"{states}; it takes {time}", f"it fails with: {_few_codes(verdict)}"]
     if verdict.assumed:
-        lines.append(f"  complete up to this: {'; '.join(verdict.assumed)}")
+        lines.append(f"complete up to this: {'; '.join(verdict.assumed)}")
     if verdict.coarse:
-        lines.append("  what takes more than 5 s was let end at any moment, which is more than can happen")
-    return "\n".join(lines)
+        lines.append("what takes more than 5 s was let end at any moment, which is more than can happen")
+    if verdict.called:
+        lines.append(f"broken or not all explored, and called by it: {', '.join(verdict.called)}")
+    return lines
 
 
 def _codes(verdict: Verdict) -> str:
@@ -154,17 +160,30 @@ def _duration(seconds: float) -> str:
 
 
 def _problem(verdict: Verdict, problem: Problem) -> list[str]:
-    place = str(verdict.mission.file) + (f":{problem.position.line}" if problem.position is not None else "")
+    place = str(problem.file or verdict.mission.file)
+    place += f":{problem.position.line}" if problem.position is not None else ""
     lines = [f"  {problem.severity}: {problem.text}", f"    {place}"]
     if problem.path:
-        lines += ["    It comes like this:", *_trace(replay(verdict.explored, problem.path))]
+        lines += ["    It comes like this:", *(f"      {line}" for line in way_to(verdict, problem))]
     return lines
+
+
+def way_to(verdict: Verdict, problem: Problem) -> list[str]:
+    """Return what happens on the way to a problem, a line each with its time."""
+    return _trace(replay(verdict.explored, problem.path))
 
 
 def _trace(played: Replayed) -> list[str]:
     shown = [(when, text) for when, each in played.lines if (text := _line(each))]
     width = max((len(f"{when:g}") for when, _ in shown), default=1)
-    return [f"      {when:>{width}g} s  {text}" for when, text in shown]
+    return [f"{when:>{width}g} s  {text}" for when, text in shown]
+
+
+_BY_PEOPLE = {
+    "pause": "somebody pauses the mission, and lets it go on",
+    "stop": "somebody stops the mission",
+    "override": "somebody takes the robot over",
+}
 
 
 def _line(each: Happening) -> str:
@@ -178,9 +197,9 @@ def _line(each: Happening) -> str:
         return (
             f"{name}: stopped" if each.result.code == "cancelled" else f"{name}: FAILURE {each.result.code}"
         )
-    if each.what in ("stop", "override"):
-        return "somebody stops the mission" if each.what == "stop" else "somebody takes the robot over"
-    return ""
+    if each.what == "unwanted":
+        return f"here it holds: {each.text.removeprefix('never: ')}"
+    return _BY_PEOPLE.get(each.what, "")
 
 
 def table_of(verdicts: Iterable[Verdict]) -> str:
@@ -189,6 +208,6 @@ def table_of(verdicts: Iterable[Verdict]) -> str:
     for each in verdicts:
         time = "as long as it takes" if math.isinf(each.longest_s) else _duration(each.longest_s)
         states = len(each.explored.graph.edges)
-        state = "holds" if each.holds else _headline(each)
+        state = "holds" if each.holds else headline_of(each)
         rows.append(f"| `{each.mission.name}` | {states} | {time} | {_codes(each)} | {state} |")
     return "\n".join(rows)

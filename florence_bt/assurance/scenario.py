@@ -11,13 +11,14 @@ from florence_bt.assurance.problems import Problem
 from florence_bt.assurance.replay import A_MOMENT_S, Call, Replayed, replay
 from florence_bt.assurance.skills import witness_result
 from florence_bt.assurance.values import Values, find_values, known
-from florence_bt.assurance.verifier import Explored, skills_used_by
+from florence_bt.assurance.verifier import Explored
 from florence_bt.core.declaration import Kind, Port, SkillDeclaration
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.file_sets import replace_files
 from florence_bt.core.geometry import Pose2
 from florence_bt.mission_testing.scenarios.scenario import run_scenario
 from florence_bt.mission_testing.scenarios.scenario_file import Libraries, read_scenarios
+from florence_bt.trees.language.analysis import skills_used_by
 from florence_bt.trees.language.quantities import format_value
 
 

@@ -9,16 +9,16 @@ from dataclasses import dataclass, replace
 from florence_bt.assurance.called import CalledMission, Summary, WayOfCalling, as_skill, summary_of
 from florence_bt.assurance.explorer import Graph, Limits, explore
 from florence_bt.assurance.plan import Plan, plan_of
-from florence_bt.assurance.properties import Property, codes_of, properties_beside
 from florence_bt.assurance.snapshot import Snapshot
 from florence_bt.assurance.world import World
 from florence_bt.core.declaration import Kind, SkillDeclaration
 from florence_bt.core.skill import Skill
 from florence_bt.mission_testing.mocks.stubs import MockedMission, copied, put_stubs
-from florence_bt.trees import kinds
+from florence_bt.trees.checks.properties import properties_of
 from florence_bt.trees.language.analysis import Analysis, reachable
+from florence_bt.trees.language.findings import raise_first_error
 from florence_bt.trees.language.loader import MissionLibrary
-from florence_bt.trees.language.model import Mission
+from florence_bt.trees.language.model import Mission, Property
 
 PRECISE_STEPS = 2_000
 """How many steps a mission may have with every timer firing when it is due."""
@@ -43,15 +43,6 @@ class Explored:
     world: World
     graph: Graph
     start: Snapshot
-
-
-def skills_used_by(mission: Mission) -> set[str]:
-    """Return the skills that a mission uses, and the missions that it calls, which count as skills."""
-    return {
-        node.skill if isinstance(node, kinds.RunSkill) else node.mission.text
-        for node in mission.nodes()
-        if isinstance(node, (kinds.RunSkill, kinds.CallMission))
-    }
 
 
 class Verifier:
@@ -130,18 +121,18 @@ class Verifier:
             if mission is None:
                 return None
             truths = [each for each, port in mission.outputs.items() if port.kind is Kind.BOOLEAN]
-            self._plans[name] = plan_of(mission, self.plan, truths, codes_of(self.properties(mission)))
+            self._plans[name] = plan_of(mission, self.plan, truths, self.properties(mission))
         return self._plans[name]
 
     def properties(self, mission: Mission) -> tuple[Property, ...]:
         """Return what its author wants to hold of a mission.
 
         Raises:
-            ConfigError: The file beside it is wrong.
+            ConfigError: They are wrong.
         """
         if mission.name not in self._properties:
-            names = skills_used_by(mission)
-            found = properties_beside(mission.file, names, self.analysis.groups)
+            found, findings = properties_of(mission, self.analysis)
+            raise_first_error(findings)
             self._properties[mission.name] = found
         return self._properties[mission.name]
 
@@ -158,7 +149,10 @@ class Verifier:
             (None, replace(self._limits, steps=min(PRECISE_STEPS, self._limits.steps))),
             (COARSE_S, self._limits),
         ):
-            world = World(mission, library, self.declarations, plan, dict(way), self._called, coarse_s)
+            wanted = () if way else self.properties(mission)
+            world = World(
+                mission, library, self.declarations, plan, dict(way), self._called, wanted, coarse_s
+            )
             start = world.snapshot()
             graph = explore(world, limits, self._own_time)
             if not graph.unexplored:

@@ -16,6 +16,8 @@ from py_trees.common import Status
 from py_trees.composites import Sequence
 
 from florence_bt.assurance.choices import Choices
+from florence_bt.assurance.conditions import UnwantedConditions
+from florence_bt.assurance.events import Happening
 from florence_bt.assurance.lasting import Lasting, apply, effect_of, effect_of_failure
 from florence_bt.assurance.open_clock import UNLIMITED_S, OpenClock
 from florence_bt.assurance.plan import Plan, classes_of
@@ -38,10 +40,11 @@ from florence_bt.core.skill import Skill
 from florence_bt.runtime.run_environment import BASE, keep_off_the_base
 from florence_bt.trees import kinds
 from florence_bt.trees.checks.outcomes import MISTAKES
+from florence_bt.trees.language.analysis import Analysis
 from florence_bt.trees.language.code_groups import groups_of
 from florence_bt.trees.language.compile import compile_mission, origin_of
 from florence_bt.trees.language.loader import MissionLibrary
-from florence_bt.trees.language.model import Mission, Node
+from florence_bt.trees.language.model import Mission, Node, Property
 
 JUST_BEFORE_S = 1e-6
 """How long before a timer something happens that comes right before it."""
@@ -65,7 +68,8 @@ class NextEvent(NamedTuple):
 
     Attributes:
         what: ``begin``, ``tick``, ``end`` (of skills), ``stopped`` (the ends of cancelled skills), ``time``
-            (to the next timer), ``expire`` (of a timer that is open), ``stop`` or ``override``.
+            (to the next timer), ``expire`` (of a timer that is open), ``pause`` (which is over at once),
+            ``stop`` or ``override``.
         ends: The skills that end at this moment: one, or two of them.
         late: Whether they end right before the next timer, instead of now.
         timer: Which of the open timers is due.
@@ -77,29 +81,9 @@ class NextEvent(NamedTuple):
     timer: int = 0
 
 
-BEGIN, TICK, REPORT, TIME, STOP, OVERRIDE = map(
-    NextEvent, ("begin", "tick", "stopped", "time", "stop", "override")
+BEGIN, TICK, REPORT, TIME, PAUSE, STOP, OVERRIDE = map(
+    NextEvent, ("begin", "tick", "stopped", "time", "pause", "stop", "override")
 )
-
-
-@dataclass(frozen=True, slots=True)
-class Happening:
-    """Something that happened in a step, for traces.
-
-    Attributes:
-        what: ``start``, ``end``, ``cancel``, ``wrong``, ``stop``, ``override``.
-        path: The node, as a path.
-        skill: The skill.
-        result: How it ended.
-        text: What else there is to say.
-    """
-
-    what: str
-    path: str = ""
-    skill: str = ""
-    result: Result | None = None
-    text: str = ""
-    inputs: Mapping[str, Any] = field(default_factory=dict)
 
 
 @dataclass(slots=True)
@@ -146,6 +130,7 @@ class World(Unchanging):
         plan: What decides how it goes.
         given: The inputs that are known; others can be anything.
         called: Missions that are called, as skills.
+        properties: What its author wants to hold.
         coarse_s: Timers that take longer may fire at any moment; None: every timer fires when it is due.
     """
 
@@ -157,6 +142,7 @@ class World(Unchanging):
         plan: Plan,
         given: Mapping[str, Any],
         called: Callable[[World], Mapping[str, Skill]],
+        properties: Iterable[Property] = (),
         coarse_s: float | None = None,
     ) -> None:
         self.mission = mission
@@ -165,11 +151,12 @@ class World(Unchanging):
         self.clock = OpenClock(coarse_s)
         self.choices = Choices()
         self.facts = Facts(self.choices)
-        self.assumed: dict[str, None] = {}
+        self.assumed: dict[str, None] = dict.fromkeys(plan.abstracted)
         self.happened: list[Happening] = []
         self.seen = Seen()
         self.moment = WorldMoment()
         self._held: list[Callable[[], None]] | None = None
+        self._again: set[str] = set()
         declarations = library.with_declared(declarations)
         self.declarations = declarations
         self._groups = groups_of(declarations)
@@ -181,6 +168,8 @@ class World(Unchanging):
         }
         self._skills.update(called(self))
         self._context = self._make_context()
+        kinds_of_keys = Analysis(library, declarations).key_kinds(mission)
+        self._unwanted = UnwantedConditions(properties, self._groups, kinds_of_keys, self._context.keys)
         inputs = {name: self._input(name, port, given) for name, port in mission.inputs.items()}
         self.tree = compile_mission(mission, library, inputs, self._context)
         self._ticker = Ticker(self.tree.root, record=True)
@@ -326,6 +315,10 @@ class World(Unchanging):
             if len(runs) > 1 or late:
                 yield from (NextEvent("time", (ended,)) for own in ways for ended in own)
         if self.moment.end is None:
+            if runs:
+                yield PAUSE
+                if late:
+                    yield PAUSE._replace(late=True)
             yield STOP
             if self.drives_in_cleanup:
                 yield OVERRIDE
@@ -408,14 +401,22 @@ class World(Unchanging):
             self.clock.fire(opened[event.timer])
         elif event.what == "stopped":
             self._report_stops()
+        elif event.what == "pause":
+            self._pause(late=event.late)
         else:
             self._stop(event.what)
         if event.what in ("end", "time", "expire"):
             self._tick()
+        self._look_at_conditions()
         covered = self.moment.cover is not None
         self.clock.tidy()
         seconds = 0.0 if covered else max(longest, round(self.clock.now() - began, 3))
         return seconds + self._cover()
+
+    def _look_at_conditions(self) -> None:
+        """Note which conditions over keys hold now that must not."""
+        running = {entry.skill for entry in self._context.runs if not entry.left}
+        self.happened += self._unwanted.after(running, self.moment.end if self.over else None)
 
     def _cover(self) -> float:
         """See to it that a timer counts for the time up to its end, if one is open; return what that adds.
@@ -503,12 +504,16 @@ class World(Unchanging):
         alone = not event.late and self._timers_beside(runs) == 0
         longest = self._longest(runs[0], _open(runs[0])) if alone else 0.0
         if event.late:
-            due = self.clock.next_due()
-            assert due is not None  # only then something can be late
-            self.clock.advance_to(due - JUST_BEFORE_S)
+            self._wait_until_just_before()
         for ended in event.ends:
             self._end_run(runs[ended.run], ended.end)
         return longest
+
+    def _wait_until_just_before(self) -> None:
+        """Let the time pass up to right before the next timer."""
+        due = self.clock.next_due()
+        assert due is not None  # only then something can be late
+        self.clock.advance_to(due - JUST_BEFORE_S)
 
     def _end_run(self, entry: OpenRun, number: int) -> None:
         run = _open(entry)
@@ -535,6 +540,24 @@ class World(Unchanging):
             if entry.left:
                 self._context.poll(entry)
 
+    def _pause(self, *, late: bool) -> None:
+        """Pause the run and let it go on: its time stands still, and what ran is started again.
+
+        That a skill has ended all the same, before its cancel or at once when it is started again, is a step
+        of its own: here it goes on.
+        """
+        if late:
+            self._wait_until_just_before()
+        self.happened.append(Happening("pause"))
+        self._again = {entry.path for entry in self._context.runs}
+        self._context.suspend()
+        for run in self._all_open():
+            if run.asked_to_stop:
+                run.finish(STOPPED)
+        self._context.resume()
+        self._tick()
+        self._again = set()
+
     def _stop(self, how: str) -> None:
         if how == "override":
             keep_off_the_base(
@@ -546,14 +569,23 @@ class World(Unchanging):
     # ---- what is noted ----------------------------------------------------------------------------------
 
     def _choose(self, path: str, declaration: SkillDeclaration, ends: tuple[End, ...]) -> End:
-        return ends[self.choices.take(len(ends))]
+        goes_on = path in self._again and not declaration.instant
+        return ends[0 if goes_on else self.choices.take(len(ends))]
+
+    def _happens(self, happening: Happening) -> None:
+        self.happened.append(happening)
+        self.happened += self._unwanted.when(happening)
 
     def _on_started(self, path: str, skill: str, inputs: Mapping[str, Any]) -> None:
-        self.happened.append(Happening("start", path, skill, inputs=dict(inputs)))
+        if path in self._again:
+            return
+        self._happens(Happening("start", path, skill, inputs=dict(inputs)))
         apply(effect_of(skill, inputs), self.moment.lasting)
 
     def _on_ended(self, path: str, skill: str, result: Result) -> None:
-        self.happened.append(Happening("end", path, skill, result))
+        if path in self._again:
+            return
+        self._happens(Happening("end", path, skill, result))
         if result.code not in ("ok", "cancelled"):
             apply(effect_of_failure(skill), self.moment.lasting)
 
@@ -566,6 +598,8 @@ class World(Unchanging):
 
     def note_cancel(self, run: OpenEnd) -> None:
         """Note that a skill is cancelled, and what may last of a mission."""
+        if run.path in self._again:
+            return
         self.happened.append(Happening("cancel", run.path, run.declaration.name))
         apply(run.stops[self.choices.take(len(run.stops))], self.moment.lasting)
 

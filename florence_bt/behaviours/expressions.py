@@ -52,11 +52,13 @@ Evaluate = Callable[[KeyStore], Any]
 def pose_part(pose: Evaluate, part: str) -> Evaluate:
     """Return ``x``, ``y`` (metres) or ``yaw`` (radians) of a pose."""
 
-    def evaluate(keys: KeyStore) -> float:
+    def evaluate(keys: KeyStore) -> Any:
         value = pose(keys)
+        if isinstance(value, Unknown):
+            return value.operate(part, [value])
         if not isinstance(value, Pose2):
             raise BadExpression(f"{readable(value)!r} is not a pose and has no {part}")
-        return float(getattr(value, part))
+        return float(OPERATORS[part](value))
 
     return evaluate
 
@@ -257,8 +259,9 @@ OPERATORS: dict[str, Callable[..., Any]] = {
     "list": lambda *items: items,
     "distance": distance,
     "bearing": bearing,
+    **{part: operator.attrgetter(part) for part in ("x", "y", "yaw")},
 }
-"""Operator or function -> what computes it."""
+"""Operator, function or part of a pose -> what computes it."""
 
 
 def _same(left: Any, right: Any) -> bool:

@@ -207,6 +207,45 @@ def test_what_has_errors_becomes_a_draft_and_old_versions_come_back(
     assert "2 s" in (folder / "tea.yaml").read_text()
 
 
+LEFT_ON = """\
+mission: tea
+tree:
+  sequence:
+    - start_tracker:
+    - look_for_user: {}
+"""
+
+
+def test_a_mission_is_verified_its_way_saved_and_then_it_holds(
+    ros: Any, port: int, browser: Browser, tmp_path: Path
+) -> None:
+    folder = tmp_path / "missions"
+    folder.mkdir()
+    (folder / "tea.yaml").write_text(LEFT_ON)
+    browser.open(f"http://localhost:{port}/edit/tea")
+    browser.see("text=nothing is wrong")
+    browser.click(".q-tab:has-text('Verify')")
+    browser.click("button:has-text('Verify it')")
+    browser.see("text=tea: BROKEN, 1 thing")
+    browser.see("text=/look for user: SUCCESS/")
+    # Its line is marked, listed below the text, and a press leads there.
+    browser.see(".cm-gutterElement:has-text('✗')")
+    assert "left on" in browser.see(".florence-finding").inner_text()
+    browser.click("button:has-text('line 5')")
+    browser.see(".cm-activeLine:has-text('look_for_user')")
+    # The way to it is played by the tab beside.
+    browser.click("button:has-text('Save as scenario')")
+    browser.see("text=/it fails until the mission is mended/")
+    browser.click(".q-tab:has-text('Scenarios')")
+    browser.click("button:has-text('Run the scenarios')")
+    browser.see("text=0 of 1 passed")
+    browser.write(f"{LEFT_ON}  finally:\n    stop_tracker:\n")
+    browser.see("text=nothing is wrong")
+    browser.click(".q-tab:has-text('Verify')")
+    browser.click("button:has-text('Verify it')")
+    browser.see("text=tea: holds")
+
+
 def test_what_was_not_saved_is_kept_in_the_browser(
     ros: Any, port: int, browser: Browser, tmp_path: Path
 ) -> None:

@@ -27,9 +27,10 @@ from florence_bt.trees.language.findings import (
     has_errors,
     limit_findings,
 )
-from florence_bt.trees.language.loader import PROPERTIES_ENDING, MissionLibrary
+from florence_bt.trees.language.loader import MissionLibrary
 from florence_bt.trees.language.model import Mission
 from florence_bt.trees.language.parse import parse_mission
+from florence_bt.trees.language.properties import ENDING as PROPERTIES_ENDING
 from florence_bt.trees.language.vocabulary import IDENTIFIER
 
 STDIN = Path("-")

@@ -17,6 +17,7 @@ from florence_bt.trees.language.declarations import collect_declarations
 from florence_bt.trees.language.declared_skills import is_skills_file
 from florence_bt.trees.language.findings import has_errors, raise_first_error
 from florence_bt.trees.language.loader import MissionLibrary
+from florence_bt.trees.language.parse import parse_mission
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,19 +53,42 @@ def verify_missions(missions: Sequence[str], options: VerifyOptions) -> tuple[st
         ConfigError: There is no such mission, or the check finds errors in one.
     """
     library = MissionLibrary.load(list(options.folders))
-    names = [name for each in missions for name in _load(library, each)]
-    declarations = collect_declarations()
-    for name in names:
-        findings = check(library.get(name), library, declarations)
-        if has_errors(findings):
-            raise_first_error(findings)
-    verifier = Verifier(library, declarations, Limits(options.limit_s))
-    verdicts = [verdict_on(name, verifier) for name in names]
+    verdicts = _verdicts(
+        library, [name for each in missions for name in _load(library, each)], options.limit_s
+    )
     if options.table:
         report = table_of(verdicts)
     else:
         report = "\n\n".join(_report(each, options) for each in verdicts)
     return report, all(each.holds for each in verdicts)
+
+
+def verify_text(text: str, file: Path, folders: Sequence[Path], limit_s: float) -> Verdict:
+    """Verify a mission that is being written.
+
+    Args:
+        text: Its text.
+        file: Where it stands, or will: what lies beside it counts.
+        folders: Folders of missions beside those that come with Florence.
+        limit_s: How long the exploration of one mission may take, in seconds.
+
+    Raises:
+        ConfigError: The check finds errors in it.
+    """
+    library = MissionLibrary.load(list(folders))
+    library.put(parse_mission(text, file))
+    return _verdicts(library, [file.stem], limit_s)[0]
+
+
+def _verdicts(library: MissionLibrary, names: Sequence[str], limit_s: float) -> list[Verdict]:
+    """Check and explore missions of a library."""
+    declarations = collect_declarations()
+    for name in names:
+        findings = check(library.get(name), library, declarations)
+        if has_errors(findings):
+            raise_first_error(findings)
+    verifier = Verifier(library, declarations, Limits(limit_s))
+    return [verdict_on(name, verifier) for name in names]
 
 
 def _report(verdict: Verdict, options: VerifyOptions) -> str:

@@ -13,7 +13,7 @@ from florence_bt.trees.checks.key_flow import KeyFlow, State, Written
 from florence_bt.trees.language import model
 from florence_bt.trees.language.analysis import Analysis
 from florence_bt.trees.language.findings import FindingList
-from florence_bt.trees.language.model import Literal, Mission, Node, Reference, Value, references
+from florence_bt.trees.language.model import Literal, Mission, Node, Property, Reference, Value, references
 from florence_bt.trees.language.quantities import with_article
 from florence_bt.trees.language.values import fits
 
@@ -28,10 +28,20 @@ class KeyChecks:
         mission: The mission.
         analysis: Its surroundings.
         findings: Receives what is wrong.
+        properties: What must hold of the mission: they read keys, too.
     """
 
-    def __init__(self, mission: Mission, analysis: Analysis, findings: FindingList) -> None:
+    def __init__(
+        self,
+        mission: Mission,
+        analysis: Analysis,
+        findings: FindingList,
+        properties: Iterable[Property] = (),
+    ) -> None:
         self._mission = mission
+        self._read_by_properties = {
+            key for each in properties if each.condition is not None for key in each.condition.keys
+        }
         self._findings = findings
         self._analysis = analysis
         known = analysis.of(mission)
@@ -68,7 +78,7 @@ class KeyChecks:
         if known and not self._mission.findings:
             # A key that is read under a wrong name, or in an unreadable part, is not reported as unread.
             read = {reference.key for reference in self._wanted()}
-            self._check_read_at_all(read | set(self._mission.outputs))
+            self._check_read_at_all(read | self._read_by_properties | set(self._mission.outputs))
 
     def check_names(self) -> bool:
         """Check that something writes each key that is read; says whether that is so.

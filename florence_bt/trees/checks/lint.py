@@ -12,6 +12,7 @@ from florence_bt.core.plain_yaml import Position
 from florence_bt.trees.checks.keys import KeyChecks
 from florence_bt.trees.checks.names import NameChecks
 from florence_bt.trees.checks.places import KnownPlaces, check_places, labels_in
+from florence_bt.trees.checks.properties import properties_of
 from florence_bt.trees.checks.races import check_races
 from florence_bt.trees.checks.reach import ReachChecks
 from florence_bt.trees.checks.structure import check_structure
@@ -128,7 +129,8 @@ def _check_mission(mission: Mission, analysis: Analysis, places: KnownPlaces | N
     if places is not None:
         check_places(mission, analysis, places, notes)
     check_structure(mission, analysis, notes)
-    keys = KeyChecks(mission, analysis, notes)
+    properties, wrong = properties_of(mission, analysis)
+    keys = KeyChecks(mission, analysis, notes, properties)
     if has_errors(mission.findings):
         # A part that could not be read may be the one that writes a key first, or that can fail.
         keys.check_names()
@@ -138,7 +140,7 @@ def _check_mission(mission: Mission, analysis: Analysis, places: KnownPlaces | N
         check_races(mission, analysis, notes)
         WaitChecks(mission, analysis, notes).check()
         keys.check()
-    return [*mission.findings, *notes.findings]
+    return [*mission.findings, *notes.findings, *wrong]
 
 
 def _lacking_skills(mission: Mission, skills: Collection[str], library: MissionLibrary) -> Iterator[Finding]:

@@ -80,6 +80,15 @@ class MissionFacts:
         return self.nodes[node]
 
 
+def skills_used_by(mission: Mission) -> set[str]:
+    """Return the skills that a mission uses, and the missions that it calls, which count as skills."""
+    return {
+        node.skill if isinstance(node, kinds.RunSkill) else node.mission.text
+        for node in mission.nodes()
+        if isinstance(node, (kinds.RunSkill, kinds.CallMission))
+    }
+
+
 class Analysis:
     """The surroundings of the missions that are checked, and what is known of each of them.
 

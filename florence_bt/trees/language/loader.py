@@ -21,8 +21,6 @@ from florence_bt.trees.language.third_party import ThirdParty
 
 BUILT_IN = Path(__file__).parents[1] / "missions"
 """The missions that come with the package."""
-PROPERTIES_ENDING = ".properties.yml"
-"""Ending of the file beside a mission that says what must hold of it (``florence verify``)."""
 
 
 class MissionLibrary:

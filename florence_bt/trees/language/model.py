@@ -371,6 +371,57 @@ def default_of(name: str, item: int | None = None) -> str:
     return f"{name}: default" if item is None else f"{name}: default {item}"
 
 
+@dataclass(frozen=True, slots=True)
+class PropertyEvent:
+    """Something that a property of a mission is about: a skill begins, runs or ends, or the mission ends.
+
+    Attributes:
+        who: The skill, the called mission, or ``it``, which is the mission itself.
+        how: ``begins``, ``runs``, ``fails``, ``succeeds``, ``ends``, ``is stopped``.
+        code: The code, or the group of codes, that counts; empty: all.
+        position: Where it stands.
+    """
+
+    who: str
+    how: str
+    code: str = ""
+    position: Position = field(default=Position(), compare=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Property:
+    """Something that an author wants to hold of a mission, whatever happens.
+
+    Attributes:
+        word: ``never``, ``after``, ``at_most`` or ``always_before``.
+        text: As written, for people.
+        because: The author's sentence, or empty.
+        file: The file in which it stands.
+        position: Where in the file.
+        first: What it is about; None where it is about a condition alone.
+        then: What must follow or come before, or must not run at the same time.
+        condition: An expression over keys that must not hold: while ``first`` runs, or when it happens.
+        within: How long ``then`` may take to follow, in seconds; infinite: as long as it takes.
+        most: How often ``first`` may happen.
+    """
+
+    word: str
+    text: str
+    because: str
+    file: Path
+    position: Position
+    first: PropertyEvent | None = None
+    then: PropertyEvent | None = None
+    condition: Expression | None = None
+    within: float = float("inf")
+    most: int = 0
+
+    @property
+    def events(self) -> tuple[PropertyEvent, ...]:
+        """Its events, in the order of its text."""
+        return tuple(each for each in (self.first, self.then) if each is not None)
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Mission:
     """A mission file.
@@ -382,6 +433,7 @@ class Mission:
         inputs: What a caller gives, in SI units.
         outputs: What it leaves in keys of these names when it succeeds.
         keys: ``keys``: the keys that are declared, with their types; a default is the value at the start.
+        properties: What its author wants to hold of it, as far as it stands in the file itself.
         on_restart: ``abort``, ``restart`` or ``resume``: what follows when the executor died on it.
         tree: The root node; None when the file is too broken to have one.
         positions: Where the inputs, outputs and keys are declared, by name, and their defaults, by
@@ -399,6 +451,7 @@ class Mission:
     inputs: Mapping[str, Port] = field(default_factory=dict)
     outputs: Mapping[str, Port] = field(default_factory=dict)
     keys: Mapping[str, Port] = field(default_factory=dict)
+    properties: tuple[Property, ...] = ()
     on_restart: str = "abort"
     tree: Node | None = None
     positions: Mapping[str, Position] = field(default_factory=dict)

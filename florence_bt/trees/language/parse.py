@@ -25,10 +25,11 @@ from florence_bt.trees.language.expressions.parser import negated
 from florence_bt.trees.language.findings import MAX_FINDINGS
 from florence_bt.trees.language.form import Form, NodeReader
 from florence_bt.trees.language.ports import read_ports
+from florence_bt.trees.language.properties import read_properties
 from florence_bt.trees.language.quantities import with_article
 
 _ALL_MODIFIERS = (*vocabulary.ANYWHERE, *words.MODIFIERS)
-_NO_KEYS = ("mission", "description", "imported_from", "on_restart")
+_NO_KEYS = ("mission", "description", "imported_from", "properties", "on_restart")
 """Keys of a mission whose values name no keys."""
 
 
@@ -95,6 +96,7 @@ class _MissionParser(NodeReader):
             inputs=inputs,
             outputs=outputs,
             keys=keys,
+            properties=read_properties(self, source.get("properties")),
             on_restart=(restart and self.choice(restart, "on_restart", vocabulary.ON_RESTART)) or "abort",
             tree=self.node(tree) if tree is not None else None,
             positions={**key_positions, **output_positions, **input_positions},

@@ -218,13 +218,20 @@ class Reader(WordReader):
         if text.startswith("${", start) and closing_brace(text, start + 2) == len(text) - 1:
             inside = text[start + 2 : -1]
             if not IDENTIFIER.fullmatch(inside):
-                return self._parsed(source, inside, start + 2, constants)
-        return self._parsed(source, text[start:], start, constants)
+                return self.expression_in(source, inside, start + 2, constants)
+        return self.expression_in(source, text[start:], start, constants)
 
-    def _parsed(
+    def expression_in(
         self, source: YamlScalar, text: str, offset: int, constants: Mapping[str, Any] | None = None
     ) -> Expression | None:
-        """Parse a part of a scalar; a line break counts as a space."""
+        """Read an expression that is a part of a scalar; a line break counts as a space.
+
+        Args:
+            source: The scalar.
+            text: The part.
+            offset: Where in the scalar the part begins, in characters.
+            constants: As for :meth:`expression`.
+        """
         column = source.first_column
         place = source.position if column is None else Position(source.position.line, column + offset)
         try:
@@ -238,7 +245,7 @@ class Reader(WordReader):
         if text.startswith("${") and closing_brace(text, 2) == len(text) - 1:
             inside = text[2:-1]
             if not IDENTIFIER.fullmatch(inside):
-                return self._parsed(source, inside, source.text.index("${") + 2)
+                return self.expression_in(source, inside, source.text.index("${") + 2)
         parts: list[str | Reference] = []
         end = 0
         for match in _DOLLAR.finditer(source.text):

@@ -200,6 +200,7 @@ def _rule(key: str, then: Schema) -> Schema:
 DRAFT = "http://json-schema.org/draft-07/schema#"
 """The newest draft that YAML language servers of editors understand."""
 
+_ONE: Schema = {"minProperties": 1, "maxProperties": 1}
 _TEXTS = {
     "mission": "the name, equal to the name of the file",
     "description": "what the mission does, for people",
@@ -207,6 +208,7 @@ _TEXTS = {
     "inputs": "what a caller gives; all are keys of the tree",
     "outputs": "keys that are returned to the caller when the mission succeeds",
     "keys": "further keys with their types; a default is the value at the start",
+    "properties": "what must hold of the mission, whatever happens: florence verify proves it",
     "on_restart": "what follows when the executor died while this mission ran",
     "tree": "the root of the behaviour tree",
 }
@@ -216,6 +218,20 @@ _RESTARTS = {
     "abort": "the run is over",
     "restart": "the mission begins again",
     "resume": "the mission goes on where it stood",
+}
+_PROPERTY_TEXTS = {
+    "never": "what must not happen, such as say while $distance > 2 m, or it ends with battery_low",
+    "after": "what must be followed by what stands under eventually",
+    "at_most": "how often a skill may begin, such as {say: 3}",
+    "always_before": "what must come before what, such as {start_tracker: look_for_user}",
+    "eventually": "what must follow before the mission ends",
+    "within": "in which time it must follow",
+    "because": "the sentence that is said when it does not hold",
+}
+_PROPERTY_VALUES: dict[str, Schema] = {
+    "at_most": {"type": "object", "additionalProperties": {"type": "integer", "minimum": 0}, **_ONE},
+    "always_before": {"type": "object", "additionalProperties": TEXT, **_ONE},
+    "within": literal(Kind.DURATION),
 }
 _PORT_TEXTS: dict[str, Schema] = {
     "type": {
@@ -252,6 +268,7 @@ def make_schema(
         "inputs": _ports(vocabulary.INPUT_KEYS),
         "outputs": _ports(vocabulary.OUTPUT_KEYS),
         "keys": _ports(vocabulary.KEY_KEYS),
+        "properties": {"type": "array", "items": _property()},
         "on_restart": {
             **words({each: _RESTARTS[each] for each in vocabulary.ON_RESTART}),
             "default": vocabulary.ON_RESTART[0],
@@ -275,6 +292,24 @@ def make_schema(
             "wanted_code": nodes.codes_and_groups(),
             "node": nodes.node(),
         },
+    }
+
+
+def _property() -> Schema:
+    """Make the schema of a property: one of its words, and what belongs to that."""
+    properties = {
+        word: {"description": _PROPERTY_TEXTS[word], **_PROPERTY_VALUES.get(word, TEXT)}
+        for word in vocabulary.PROPERTY_KEYS
+    }
+    beside = vocabulary.BESIDE_PROPERTY.items()
+    return {
+        "title": "a property",
+        "type": "object",
+        "properties": properties,
+        "additionalProperties": False,
+        "oneOf": [{"required": [word]} for word in vocabulary.PROPERTY_WORDS],
+        "dependencies": {other: [word] for word, others in beside for other in others}
+        | {word: [others[0]] for word, others in beside},
     }
 
 

@@ -17,7 +17,10 @@ ANYWHERE = ("name", *GUARDS, "interrupted_by", "until", "on_failure", "ensure", 
 BESIDE: dict[str, tuple[str, ...]] = {"code": ("while", "until", "ensure")}
 """Modifiers of some kinds -> other modifiers of a node that allow them too, whatever its kind."""
 
-MISSION_KEYS = ("mission", "description", "imported_from", "inputs", "outputs", "keys", "on_restart", "tree")
+MISSION_KEYS = (
+    *("mission", "description", "imported_from", "inputs", "outputs", "keys"),
+    *("properties", "on_restart", "tree"),
+)
 INTERRUPTION_KEYS = ("if", "do")
 """Keys below ``interrupted_by``: what is asked, and what is done then."""
 INPUT_KEYS = ("type", "default", "min", "max", "description")
@@ -27,6 +30,11 @@ SKILL_INPUT_KEYS = (*INPUT_KEYS, "names", "choices")
 SKILL_OUTPUT_KEYS = (*OUTPUT_KEYS, "default", "names", "choices")
 LABELLED = ("room", "hotspot")
 """Things of a home that a text can name: ``names`` of an input or output of a skill."""
+PROPERTY_WORDS = ("never", "after", "at_most", "always_before")
+"""Words with which a property of a mission begins."""
+BESIDE_PROPERTY: dict[str, tuple[str, ...]] = {"after": ("eventually", "within")}
+"""Word of a property -> what stands beside it, ``because`` apart."""
+PROPERTY_KEYS = (*PROPERTY_WORDS, *BESIDE_PROPERTY["after"], "because")
 ON_RESTART = ("abort", "restart", "resume")
 
 IDENTIFIER = re.compile(r"[a-z][a-z0-9_]*")

@@ -8,8 +8,10 @@ import tempfile
 from pathlib import Path
 
 import pytest
-from florence_page.editor.helpers import ScenarioRuns, Trials, Worker
+from florence_page.editor.helpers import ScenarioRuns, Trials, Verifications, Worker
 from florence_page.editor.trial_request import TrialRequest
+
+from florence_bt.core.errors import FlorenceError
 
 TEXT = "mission: {name}\ntree:\n  wait: 1 s\n"
 
@@ -88,3 +90,26 @@ def test_scenarios_end_with_the_page(room):
     results, code = asyncio.run(go())
     assert results == [] and code < 0
     assert list(room.iterdir()) == [Path(scenarios)]
+
+
+def test_a_verification_answers_and_can_be_stopped(room):
+    async def go():
+        runs, file = Verifications(), room / "tea.yaml"
+        answer = await runs.run(REQUEST.text, file, [])
+        asked = asyncio.create_task(runs.run(REQUEST.text, file, []))
+        while not runs.running:
+            await asyncio.sleep(0.01)
+        with pytest.raises(FlorenceError, match="already"):
+            await runs.run(REQUEST.text, file, [])
+        await runs.stop()
+        with pytest.raises(FlorenceError, match="it was stopped"):
+            await asked
+        return answer, runs.running
+
+    answer, running = asyncio.run(go())
+    assert answer["holds"] and not running
+
+
+def test_that_a_mission_cannot_be_verified_is_told(room):
+    with pytest.raises(FlorenceError, match="tree"):
+        asyncio.run(Verifications().run("mission: tea\n", room / "tea.yaml", []))

@@ -114,6 +114,24 @@ def test_a_text_that_is_too_long_or_no_text_is_refused(shelf):
     assert not list(shelf.own.glob("*.yaml")) if shelf.own.exists() else True
 
 
+def test_a_scenario_takes_the_place_of_no_other(shelf):
+    files = [shelf.save_scenario("tea", "left_on", f"number: {number}\n") for number in range(3)]
+    assert [file.name for file in files] == ["tea.yaml", "tea_left_on.yaml", "tea_left_on_2.yaml"]
+    assert [file.read_text() for file in files] == [f"number: {number}\n" for number in range(3)]
+    assert shelf.scenarios_of("tea") == files[0]
+    for name, kind in (("../tea", "left_on"), ("tea", "left/on")):
+        with pytest.raises(ConfigError):
+            shelf.save_scenario(name, kind, "x: 1\n")
+
+
+def test_no_scenario_is_written_through_a_link(shelf, tmp_path):
+    (tmp_path / "outside").mkdir()
+    shelf.own.mkdir()
+    shelf.scenarios.symlink_to(tmp_path / "outside")
+    with pytest.raises(ConfigError, match="link"):
+        shelf.save_scenario("tea", "left_on", "x: 1\n")
+
+
 @pytest.mark.parametrize("name", [DRAFTS, VERSIONS, f"{VERSIONS}/tea"])
 def test_a_folder_that_is_a_link_is_not_written_into(shelf, tmp_path, name):
     outside = tmp_path / "outside"

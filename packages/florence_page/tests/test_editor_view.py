@@ -9,6 +9,7 @@ pytest.importorskip("rclpy")
 
 from florence_page.access import Role
 from florence_page.editor.desk import Home
+from florence_page.editor.elements import MissionText
 from florence_page.editor.helpers import Trials
 from florence_page.editor.shelf import Shelf
 from florence_page.editor.view import EditorPage
@@ -20,6 +21,22 @@ from packages.florence_page.tests.page_user import NotedRobot, actor_for, click,
 TEXT = "mission: tea\ntree:\n  wait: 1 s\n"
 
 
+class PlainVerifications:
+    """Says that one thing does not hold."""
+
+    running = False
+
+    async def run(self, text, file, folders):
+        problem = {"severity": "error", "text": "it is left on", "kind": "left_on", "file": ""}
+        place = {"way": ["0 s  wait: RUNNING"], "line": 3, "column": 3, "scenario": "mission: tea\n"}
+        return {
+            "holds": False,
+            "headline": "BROKEN, 1 thing",
+            "facts": ["4 states"],
+            "problems": [problem | place],
+        }
+
+
 class PlainDesk:
     """Finds nothing wrong, or finds nothing out."""
 
@@ -28,6 +45,7 @@ class PlainDesk:
         self.worker = self
         self.trials = Trials()
         self.words = {}
+        self.verifications = PlainVerifications()
         self.robot_there = there
 
     async def ask(self, what, folders, hotspots, **more):
@@ -118,3 +136,35 @@ def test_a_dialog_that_is_over_leaves_nothing_on_the_page(tmp_path, opens, close
         await until(lambda: len(page._toggle.client.elements) == before)
 
     edit(tmp_path, do, there=True, told=True, reads_own=True)
+
+
+def test_what_does_not_hold_is_marked_until_the_text_changes(tmp_path):
+    (tmp_path / "tea.yaml").write_text(TEXT)
+
+    async def do(user, page):
+        await click(user, "Verify")
+        user.find(kind=ui.button, marker="verify").click()
+        for text in ("BROKEN, 1 thing", "it is left on", "0 s  wait: RUNNING"):
+            await user.should_see(text, retries=50)
+        (editor,) = user.find(kind=MissionText).elements
+        [marked] = editor._props["findings"]
+        assert (marked["line"], marked["severity"]) == (3, "error") and "left on" in marked["message"]
+        user.find(kind=ui.button, marker="save-scenario").click()
+        await user.should_see("it fails until the mission is mended", retries=50)
+        assert (tmp_path / "scenarios" / "tea.yaml").read_text() == "mission: tea\n"
+        await page._on_text(TEXT.replace("1 s", "2 s"))
+        assert editor._props["findings"] == []
+
+    edit(tmp_path, do)
+
+
+def test_a_mission_that_cannot_be_checked_is_not_verified(tmp_path):
+    (tmp_path / "tea.yaml").write_text(TEXT)
+
+    async def do(user, page):
+        await click(user, "Verify")
+        user.find(kind=ui.button, marker="verify").click()
+        await user.should_see("could not be checked", retries=50)
+        await user.should_not_see("BROKEN")
+
+    edit(tmp_path, do, PlainDesk(works=False))

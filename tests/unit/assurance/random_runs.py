@@ -1,9 +1,17 @@
-"""Random missions: what runs with random skills reach, and what the verifier says that they can."""
+"""Random missions: what runs with random skills reach, and what the verifier says that they can.
+
+``python -m tests.unit.assurance.random_runs --missions 300 --runs 1000`` compares them, and fails where an
+outcome is not listed.
+"""
 
 from __future__ import annotations
 
+import argparse
 import random
-from collections.abc import Callable
+import sys
+import tempfile
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -83,3 +91,73 @@ def verified_outcomes(library: MissionLibrary, limits: Limits) -> frozenset[str]
         return None
     ends = (ending.code for ending in explored.graph.endings.values() if ending.status != "STOPPED")
     return frozenset().union(*map(codes_behind, ends))
+
+
+LIMITS = Limits(seconds=60.0, steps=15_000)
+"""How far a random mission is explored."""
+
+
+@dataclass(frozen=True)
+class Compared:
+    """One random mission, of which runs were held against what the verifier says.
+
+    Attributes:
+        seed: Its number.
+        foreseen: The codes with which it can end; None: not every way was explored.
+        reached: The codes with which runs have ended.
+    """
+
+    seed: int
+    foreseen: frozenset[str] | None
+    reached: frozenset[str]
+
+    @property
+    def missed(self) -> frozenset[str]:
+        """Return the codes that runs reached and the verifier did not list."""
+        return frozenset() if self.foreseen is None else self.reached - self.foreseen
+
+
+def compared(folder: Path, seeds: Iterable[int], runs: int) -> Iterator[Compared]:
+    """Verify random missions and run each; yields what came of them.
+
+    Args:
+        folder: Where they are written.
+        seeds: Their numbers.
+        runs: How often each is run.
+    """
+    for seed in seeds:
+        library = write_mission(folder, seed)
+        foreseen = verified_outcomes(library, LIMITS)
+        reached = {outcome_of_run(library, run) for run in range(runs if foreseen is not None else 0)}
+        yield Compared(seed, foreseen, frozenset(reached - {"goes on"}))
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Compare, and say what was missed; returns the exit code."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--missions", type=int, default=300)
+    parser.add_argument("--first", type=int, default=0, help="the seed of the first one")
+    parser.add_argument("--runs", type=int, default=1000, help="of each mission")
+    given = parser.parse_args(arguments)
+    done: list[Compared] = []
+    with tempfile.TemporaryDirectory(prefix="florence_random_missions_") as folder:
+        for each in compared(Path(folder), range(given.first, given.first + given.missions), given.runs):
+            done.append(each)
+            if each.missed:
+                print(f"mission {each.seed}: not listed: {', '.join(sorted(each.missed))}", flush=True)
+            if len(done) % 10 == 0 or len(done) == given.missions:
+                print(_summary(done, given.runs), flush=True)
+    return int(any(each.missed for each in done))
+
+
+def _summary(done: list[Compared], runs: int) -> str:
+    proved = [each for each in done if each.foreseen is not None]
+    outcomes = sum(len(each.reached) for each in proved)
+    missed = sum(len(each.missed) for each in proved)
+    left = len(done) - len(proved)
+    found = f"{outcomes} outcomes, {missed} not listed"
+    return f"{len(done)} missions, {left} not explored to the end; {runs} runs of each: {found}"
+
+
+if __name__ == "__main__":
+    sys.exit(main())

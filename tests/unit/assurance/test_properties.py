@@ -57,6 +57,13 @@ def test_what_does_not_hold_has_a_way_to_it(verify, tmp_path: Path, tree: str, t
     assert problem.kind in text
 
 
+@pytest.mark.parametrize(("tree", "text"), BREAKS)
+def test_what_stands_in_the_mission_itself_counts_alike(verify, tree: str, text: str):
+    [problem] = verify(tree, f"properties:\n  - {text}").broken
+    assert problem.kind in text
+    assert (problem.file.name, problem.position.line) == ("tried.yaml", 3)
+
+
 def test_the_author_says_why(verify, tmp_path: Path):
     with_property(tmp_path, "{at_most: {say: 2}, because: It gets on people's nerves.}")
     assert [each.text for each in verify(SPEAKS).broken] == ["It gets on people's nerves."]

@@ -21,7 +21,7 @@ from florence_bt.trees.language.expressions.parser import FUNCTIONS
 from florence_bt.trees.language.inputs import parse_inputs
 from florence_bt.trees.language.loader import MissionLibrary
 from florence_bt.trees.language.quantities import UNITS
-from florence_bt.trees.language.vocabulary import ANYWHERE
+from florence_bt.trees.language.vocabulary import ANYWHERE, PROPERTY_KEYS
 from tests.scripted_skill import ScriptedSkill
 from tests.ticking import drain, make_context, tick_until
 from tools.skills_page import skills_page
@@ -112,6 +112,8 @@ def test_the_document_has_an_example_of_everything():
     nodes = "\n".join(NODES)
     for word in (*NODE_KINDS, *ANYWHERE, *MODIFIERS):
         assert re.search(rf"\b{word}:", nodes), word
+    for word in PROPERTY_KEYS:
+        assert re.search(rf"`{word}[:`]", TEXT), word
     for units in UNITS.values():
         for unit in units:
             assert re.search(rf"`-?[\d.]+ {unit}`", TEXT), unit

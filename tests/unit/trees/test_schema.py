@@ -15,7 +15,7 @@ from florence_bt.trees.language.declarations import collect_declarations
 from florence_bt.trees.language.loader import BUILT_IN, MissionLibrary
 from florence_bt.trees.language.quantities import UNITS, example_of
 from florence_bt.trees.language.schema import make_schema
-from florence_bt.trees.language.vocabulary import ANYWHERE, MISSION_KEYS
+from florence_bt.trees.language.vocabulary import ANYWHERE, MISSION_KEYS, PROPERTY_KEYS
 from tests.unit.trees.yaml_data import as_data
 
 DOCS = Path(__file__).parents[3] / "docs"
@@ -152,10 +152,23 @@ def test_what_is_wrong(tree):
         "mission: m\ninputs: {A: {type: text}}\ntree: {wait: 1 s}\n",
         "mission: m\noutputs: {a: {type: text, default: x}}\ntree: {wait: 1 s}\n",
         "- mission: m\n",
+        "mission: m\nproperties: {never: say}\ntree: {wait: 1 s}\n",
+        "mission: m\nproperties: [say]\ntree: {wait: 1 s}\n",
+        "mission: m\nproperties: [{never: say, at_most: {say: 3}}]\ntree: {wait: 1 s}\n",
+        "mission: m\nproperties: [{because: it is loud}]\ntree: {wait: 1 s}\n",
+        "mission: m\nproperties: [{after: say}]\ntree: {wait: 1 s}\n",
+        "mission: m\nproperties: [{never: say, within: 3 s}]\ntree: {wait: 1 s}\n",
+        "mission: m\nproperties: [{after: say, eventually: turn, within: 3 m}]\ntree: {wait: 1 s}\n",
+        "mission: m\nproperties: [{at_most: {say: often}}]\ntree: {wait: 1 s}\n",
     ],
 )
 def test_files_that_are_wrong(text):
     assert problems(text) != []
+
+
+@pytest.mark.parametrize("file", sorted(BUILT_IN.glob("*.properties.yml")), ids=lambda file: file.stem)
+def test_the_properties_that_come_with_florence(file):
+    assert problems(f"mission: m\n{file.read_text()}tree: {{wait: 1 s}}\n") == []
 
 
 def test_labels_are_known_when_they_are_given():
@@ -183,6 +196,9 @@ def test_editors_are_told_what_everything_is():
     assert all(schema["description"] for schema in node.values())
     assert set(ANYWHERE_TEXTS) == set(ANYWHERE)
     assert list(SCHEMA["properties"]) == list(MISSION_KEYS)
+    wanted = SCHEMA["properties"]["properties"]["items"]["properties"]
+    assert list(wanted) == list(PROPERTY_KEYS)
+    assert all(schema["description"] for schema in wanted.values())
     window = node["look_for_user"]["properties"]["window"]
     assert window["default"] == "5 s" and "at least 0.5 s, at most 15 s" in window["description"]
     assert "Fails with: no_user_seen" in node["look_for_user"]["description"]

@@ -14,12 +14,13 @@ from typing import Any
 from florence_page.editor.words import Words
 
 MOST_OPTIONS = 200
-_DURATIONS = frozenset(("wait", "timeout", "every"))
+_DURATIONS = frozenset(("wait", "timeout", "every", "within"))
 _CODE_KEYS = frozenset(("on", "go_on_over", "code"))
 _FLAGS = {"true": "", "false": ""}
 _PORTS = frozenset(("inputs", "outputs", "keys"))
 _KEY = re.compile(r"([A-Za-z_]\w*)\s*:(?:\s+(.*))?$")
 _NUMBER = re.compile(r"[+-]?[0-9.]+\s*[a-z/°]*$")
+_WORD = re.compile(r"[a-z][a-z0-9_]*")
 _DASHES = re.compile(r" *(?:- +)*")
 _NEW_KEY = re.compile(r"\b(?:as|index|attempt):\s*(\w+)|\$\{?\s*\$?(\w+)|->\s*(\w+)")
 _OUT = re.compile(r"\bout:\s*\{([^{}]*)")
@@ -199,7 +200,7 @@ def complete(text: str, line: int, column: int, words: Words) -> dict[str, Any]:
     if place.written.lstrip().startswith("#"):
         return {"from": column, "options": []}
     if place.key is None:
-        options, typed = _keys(place, words), place.written
+        options, typed = _keys(text, place, words), place.written
         shown = [
             _option(word, about, f"{word}: " if _has_value(word, words) else f"{word}:")
             for word, about in options
@@ -221,16 +222,21 @@ def _has_value(word: str, words: Words) -> bool:
     """Tell whether a value stands behind a key in its line."""
     blocks = {"sequence", "selector", "parallel", "once", "invert", "succeed", "do", "then", "else", "cases"}
     blocks |= {"default", "finally", "between", "on_failure", "with", "inputs", "outputs", "keys", "tree"}
+    blocks |= {"properties"}
     return word not in blocks and word not in words["skills"]
 
 
-def _keys(place: Place, words: Words) -> Iterable[tuple[str, str]]:
+def _keys(text: str, place: Place, words: Words) -> Iterable[tuple[str, str]]:
     """Return the keys that can stand at a place, with what they mean."""
     owner = place.owners[0] if place.owners else ""
     above = place.owners[1] if len(place.owners) > 1 else ""
     written = set(place.beside)
     if not place.owners:
         options: Mapping[str, str] = words["top"]
+    elif owner == "properties":
+        options = _property_keys(place, words)
+    elif above == "properties":
+        options = _names_in(text, words)
     elif owner in _PORTS and not above:
         return ()
     elif above in _PORTS and len(place.owners) == 2:
@@ -252,6 +258,23 @@ def _keys(place: Place, words: Words) -> Iterable[tuple[str, str]]:
     else:
         options = _node_keys(place, words)
     return [(word, about) for word, about in options.items() if word not in written]
+
+
+def _property_keys(place: Place, words: Words) -> dict[str, str]:
+    """Return the keys of a property: its words while it has none, and what belongs to the one that it has."""
+    texts, belong = words["properties"], words["beside_property"]
+    others = {"because", *(each for beside in belong.values() for each in beside)}
+    begun = next((word for word in place.beside if word in texts and word not in others), None)
+    if begun is None:
+        return {word: about for word, about in texts.items() if word not in others}
+    return {word: texts[word] for word in (*belong.get(begun, ()), "because")}
+
+
+def _names_in(text: str, words: Words) -> dict[str, str]:
+    """Return the skills and missions that a text names: a property is about those."""
+    named = set(_WORD.findall(text))
+    known = {**words["missions"], **words["skills"]}
+    return {name: known[name].get("summary") or known[name]["about"] for name in sorted(named & known.keys())}
 
 
 def _called(keys: Mapping[str, str], words: Words) -> Mapping[str, Any]:
@@ -288,6 +311,9 @@ def _values(text: str, place: Place, words: Words) -> tuple[Iterable[tuple[str, 
         braced = typed.startswith("${")
         names = keys_in(text)
         return [(f"${'{' if braced else ''}{name}", "a key of this mission") for name in names], typed
+    if "properties" in place.owners[:2] and key not in ("because", "within", "at_most"):
+        typed = typed.rpartition(" ")[2]
+        return {"it": "the mission itself, such as it ends", **_names_in(text, words)}.items(), typed
     if _NUMBER.match(typed):
         number = re.match(r"[+-]?[0-9.]+", typed)
         kind = _kind_of(key, place, words)

@@ -15,7 +15,7 @@ from rcl_interfaces.srv import GetParameters
 from florence_bt.app.runs.client import LOCATOR
 from florence_bt.core.errors import FlorenceError
 from florence_bt.core.topic_names import RUN_STATE
-from florence_page.editor.helpers import ScenarioRuns, Trials, Worker
+from florence_page.editor.helpers import ScenarioRuns, Trials, Verifications, Worker
 from florence_page.editor.shelf import Shelf
 from florence_page.ros_thread import RosThread
 
@@ -70,6 +70,7 @@ class Desk:
         self.worker = Worker()
         self.trials = Trials()
         self.scenarios = ScenarioRuns()
+        self.verifications = Verifications()
         self.words: dict[str, Any] = {}
 
     async def learn(self, home: Home) -> dict[str, Any]:
@@ -137,3 +138,4 @@ class Desk:
         await self.worker.close()
         await self.trials.close()
         await self.scenarios.close()
+        await self.verifications.close()

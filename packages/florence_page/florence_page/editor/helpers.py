@@ -25,6 +25,8 @@ TEXT_LOOK_LIMIT_S = 30.0
 """Longest that a look at a text may take; with nothing else to do it is under a second."""
 SCENARIOS_S = 120.0
 """Longest that the scenarios of a mission may take."""
+VERIFICATION_S = 600.0
+"""Longest that a mission may be verified, with those that it calls."""
 STOP_S = 10.0
 """Longest that a mission in the rig may take to end when it is stopped."""
 START_S = 180.0
@@ -236,6 +238,69 @@ def check_size(text: str) -> None:
     """
     if len(text) > MAX_MISSION_BYTES or len(text.encode("utf-8", errors="replace")) > MAX_MISSION_BYTES:
         raise ConfigError(f"a mission has at most {MAX_MISSION_BYTES} bytes")
+
+
+class Verifications:
+    """Verifies missions as ``florence verify`` does, one at a time."""
+
+    def __init__(self) -> None:
+        self._turn = asyncio.Lock()
+        self._process: asyncio.subprocess.Process | None = None
+        self._stopped = False
+
+    @property
+    def running(self) -> bool:
+        """Tell whether one is being verified."""
+        return self._turn.locked()
+
+    async def run(self, text: str, file: Path, folders: Sequence[Path]) -> dict[str, Any]:
+        """Verify a mission on a text that need not be saved.
+
+        Args:
+            text: Its text.
+            file: Where it stands, or will.
+            folders: Folders of missions.
+
+        Returns:
+            The answer (:func:`florence_page.editor.verification.answer`).
+
+        Raises:
+            DeviceTimeout: It took too long.
+            FlorenceError: Another one is verified, it was stopped, or it cannot be verified.
+        """
+        check_size(text)
+        if self.running:
+            raise FlorenceError("a mission is being verified already: wait for its end, or stop it")
+        request = {"text": text, "file": str(file), "folders": [str(each) for each in folders]}
+        async with self._turn:
+            self._stopped = False
+            self._process = process = await _start(f"{_PACKAGE}.verification")
+            try:
+                question = b"" if self._stopped else json.dumps(request).encode() + b"\n"
+                said, _ = await asyncio.wait_for(process.communicate(question), VERIFICATION_S)
+            except TimeoutError as error:
+                raise DeviceTimeout(f"to verify it took more than {VERIFICATION_S:g} s") from error
+            finally:
+                await _end(process)
+                self._process = None
+        if self._stopped:
+            raise FlorenceError("it was stopped")
+        if not said:
+            raise FlorenceError("what verifies missions broke down; the terminal of the page says more")
+        answer: dict[str, Any] = json.loads(said)
+        if "problem" in answer:
+            raise FlorenceError(answer["problem"])
+        return answer
+
+    async def stop(self) -> None:
+        """Stop what is being verified."""
+        self._stopped = True
+        if self._process is not None:
+            await _end(self._process)
+
+    async def close(self) -> None:
+        """End what runs."""
+        await self.stop()
 
 
 class ScenarioRuns:

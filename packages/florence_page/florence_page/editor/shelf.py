@@ -179,6 +179,26 @@ class Shelf:
         candidates = [self.scenarios] + ([file.parent / "scenarios"] if file is not None else [])
         return next((each for folder in candidates if (each := folder / f"{name}.yaml").is_file()), None)
 
+    def save_scenario(self, name: str, kind: str, text: str) -> Path:
+        """Write a scenario beside those of a mission, never over another one.
+
+        Args:
+            name: The mission.
+            kind: A word for what it shows.
+            text: The file.
+
+        Raises:
+            ConfigError: These are no names, the text is too long, or it cannot be written.
+        """
+        first = f"{checked_name(name)}_{checked_name(kind)}"
+        stems = (name, first, *(f"{first}_{number}" for number in range(2, MOST_MISSION_VERSIONS)))
+        files = (self.scenarios / f"{stem}.yaml" for stem in stems)
+        file = next((each for each in files if not each.exists()), None)
+        if file is None:
+            raise ConfigError(f"{self.scenarios} has many scenarios {first} already", valid=["to mend some"])
+        write_outputs({file: _whole(text, file).encode()}, no_links=[self.scenarios])
+        return file
+
     def _own_file(self, name: str) -> Path:
         return self.own / f"{checked_name(name)}.yaml"
 

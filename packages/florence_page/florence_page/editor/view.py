@@ -21,6 +21,7 @@ from florence_page.editor.shelf import ChangedMeanwhile, Opened, Saved, Shelf, c
 from florence_page.editor.side_panel import SidePanel
 from florence_page.editor.trial_panel import TrialPanel
 from florence_page.editor.trial_request import TrialRequest
+from florence_page.editor.verify_panel import VerifyPanel, VerifyRequest
 from florence_page.editor.words import TEMPLATES
 
 _NAME = re.compile(r"^mission:[ ]*([a-z][a-z0-9_]*)[ ]*(?:#.*)?$", re.MULTILINE)
@@ -57,6 +58,7 @@ class EditorPage:
         self._saved = self._opened.text if self._opened is not None else ""
         self._text = self._saved or (_from_template(name, template) if name else "")
         self._look: dict[str, Any] = {}
+        self._broken: list[dict[str, Any]] = []
         self._looking = self._again = False
         self._line = 1
         self._areas: dict[str, Element] = {}
@@ -153,7 +155,8 @@ class EditorPage:
 
     def _build_work(self) -> None:
         with ui.tabs().props("dense no-caps align=justify") as tabs:
-            drawing, trial, scenarios = ui.tab("Drawing"), ui.tab("Try"), ui.tab("Scenarios")
+            drawing, trial = ui.tab("Drawing"), ui.tab("Try")
+            proof, scenarios = ui.tab("Verify"), ui.tab("Scenarios")
         with (
             ui.tab_panels(tabs, value=drawing)
             .props("animated=false keep-alive")
@@ -165,6 +168,15 @@ class EditorPage:
             with ui.tab_panel(trial).classes("p-2 h-full overflow-auto"):
                 self._trial = TrialPanel(
                     self._desk.trials, self._actor, self._to_try, enabled=bool(self._name)
+                )
+            with ui.tab_panel(proof).classes("p-2 h-full overflow-auto"):
+                VerifyPanel(
+                    self._desk,
+                    self._actor,
+                    self._to_verify,
+                    self._show_broken,
+                    self._go_to,
+                    enabled=bool(self._name),
                 )
             with ui.tab_panel(scenarios).classes("p-2 h-full overflow-auto"):
                 ScenarioPanel(self._desk, self._actor, self._mission)
@@ -201,6 +213,8 @@ class EditorPage:
     async def _on_text(self, text: Any) -> None:
         if not isinstance(text, str):
             return
+        if text != self._text:
+            self._broken = []  # what was proved was about another text
         self._text = text
         self._show_state()
         if self._looking:
@@ -233,13 +247,25 @@ class EditorPage:
             self._editor.show([], str(error))
             return {}
         self._look = look
-        errors = sum(each["severity"] == "error" for each in look["findings"])
-        warnings = len(look["findings"]) - errors
-        self._editor.show(look["findings"], _summary(errors, warnings))
+        self._show_findings()
         self._outline.show(look["outline"])
         self._trial.form.show(look["inputs"])
         self._show_state()
         return look
+
+    def _show_findings(self) -> None:
+        """Show what the check has found, and what does not hold."""
+        found = self._look["findings"]
+        errors = sum(each["severity"] == "error" for each in found)
+        self._editor.show([*found, *self._broken], _summary(errors, len(found) - errors))
+
+    def _show_broken(self, text: str, findings: list[dict[str, Any]]) -> None:
+        """Mark in the text what does not hold, unless another text stands there by now."""
+        if text != self._text:
+            return
+        self._broken = findings
+        if self._look:
+            self._show_findings()
 
     def _name_in(self, text: str) -> str:
         """Return what a text calls its mission: so is its file called."""
@@ -381,8 +407,8 @@ class EditorPage:
 
     # ---- trying ---------------------------------------------------------------------------------------
 
-    async def _to_try(self) -> TrialRequest | None:
-        """Return the mission as it stands; None, and a word about it, when it cannot run."""
+    async def _that_fits(self) -> str | None:
+        """Return the text as it stands; None, and a word about it, when it cannot run."""
         if not self._name:
             return None
         text = self._text
@@ -391,8 +417,24 @@ class EditorPage:
             why = "the mission has errors: mend them first" if look else "the mission could not be checked"
             ui.notify(why, type="warning")
             return None
+        return text
+
+    async def _to_try(self) -> TrialRequest | None:
+        """Return the mission as it is to be tried; None when it cannot run."""
+        text = await self._that_fits()
+        if text is None:
+            return None
         folders = tuple(str(folder) for folder in self._home.shelf.folders)
         return TrialRequest(self._name_in(text), text, folders)
+
+    async def _to_verify(self) -> VerifyRequest | None:
+        """Return the mission as it is to be verified; None when it cannot run."""
+        text, shelf = await self._that_fits(), self._home.shelf
+        if text is None:
+            return None
+        name = self._name_in(text)
+        file = self._actor.attempt(lambda: shelf.file_of(name) or shelf.own / f"{name}.yaml")
+        return VerifyRequest(name, text, file, shelf) if file is not None else None
 
     def _mission(self) -> tuple[str, str, Shelf]:
         """Return name and text as they stand, and where the missions are."""

@@ -93,8 +93,9 @@ def words_of(folders: Sequence[Path], hotspots: Path | None) -> dict[str, Any]:
         hotspots: The places of the home; None takes any label.
 
     Returns:
-        ``top``, ``nodes``, ``codes``, ``ports``, ``kinds`` (of values), ``policies``, ``restarts``: word ->
-        what it means; ``units``: kind of value -> its units; ``node_kinds``: kind -> a node of it as text;
+        ``top``, ``nodes``, ``codes``, ``ports``, ``kinds`` (of values), ``properties``, ``policies``,
+        ``restarts``: word -> what it means; ``beside_property``: word of a property -> what belongs to it;
+        ``units``: kind of value -> its units; ``node_kinds``: kind -> a node of it as text;
         ``modifiers``: modifier -> the kinds that it belongs to, None for all; ``skills`` and ``missions``:
         name -> ``about``, ``inputs``, ``outputs``, ``snippet``; for skills also ``summary``, for missions
         ``own`` and ``problem``. An input has ``about``, ``kind`` and the ``labels`` that it may name.
@@ -118,6 +119,10 @@ def words_of(folders: Sequence[Path], hotspots: Path | None) -> dict[str, Any]:
             for name, each in top["inputs"]["additionalProperties"]["properties"].items()
         },
         "kinds": _choices(top["inputs"]["additionalProperties"]["properties"]["type"]),
+        "properties": {
+            name: each["description"] for name, each in top["properties"]["items"]["properties"].items()
+        },
+        "beside_property": {word: list(others) for word, others in vocabulary.BESIDE_PROPERTY.items()},
         "policies": _choices(nodes["policy"]["anyOf"][0]),
         "restarts": _choices(top["on_restart"]),
         "units": {kind.value: list(units) for kind, units in UNITS.items()},
