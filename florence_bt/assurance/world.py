@@ -147,6 +147,7 @@ class World(Unchanging):
         given: The inputs that are known; others can be anything.
         called: Missions that are called, as skills.
         coarse_s: Timers that take longer may fire at any moment; None: every timer fires when it is due.
+        facts: What is decided about values; None: nothing yet.
     """
 
     def __init__(
@@ -158,13 +159,14 @@ class World(Unchanging):
         given: Mapping[str, Any],
         called: Callable[[World], Mapping[str, Skill]],
         coarse_s: float | None = None,
+        facts: Facts | None = None,
     ) -> None:
         self.mission = mission
         self.coarse = coarse_s is not None
         self.plan = plan
         self.clock = OpenClock(coarse_s)
-        self.choices = Choices()
-        self.facts = Facts(self.choices)
+        self.facts = facts or Facts(Choices())
+        self.choices = self.facts.choices
         self.assumed: dict[str, None] = {}
         self.happened: list[Happening] = []
         self.seen = Seen()
@@ -272,7 +274,11 @@ class World(Unchanging):
 
     def key(self) -> tuple[Any, ...]:
         """Return what decides how it goes on."""
-        return self._keys.make(
+        return self._keys.make(*self._marks())
+
+    def _marks(self) -> tuple[Any, ...]:
+        """Return what decides how it goes on beside the tree."""
+        return (
             self.moment.begun,
             self.moment.asked,
             self.moment.end,

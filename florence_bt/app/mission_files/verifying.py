@@ -51,7 +51,7 @@ def verify_missions(missions: Sequence[str], options: VerifyOptions) -> tuple[st
         ConfigError: There is no such mission, or the check finds errors in one.
     """
     library = MissionLibrary.load(list(options.folders))
-    names = [name for each in missions for name in _load(library, each)]
+    names = [name for each in missions for name in load_missions(library, each)]
     declarations = collect_declarations()
     for name in names:
         findings = check(library.get(name), library, declarations)
@@ -81,7 +81,7 @@ def _write_scenarios(verdict: Verdict, folder: Path) -> Iterator[tuple[int, Path
             yield number, file
 
 
-def _load(library: MissionLibrary, mission: str) -> list[str]:
+def load_missions(library: MissionLibrary, mission: str) -> list[str]:
     """Make missions known, and return their names."""
     path = Path(mission)
     if path.is_dir():
