@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from florence_bt.assurance.mutating.names import name_of
-from florence_bt.assurance.mutating.pairs import NAMELESS, Pair, Way
+from florence_bt.assurance.mutating.pairs import PLACE, TEXT, Pair, Way
 from florence_bt.assurance.scenario import (
     inputs_of,
     quoted,
@@ -24,7 +24,10 @@ from florence_bt.trees.language.model import Mission
 
 MANY_CALLS = 12
 """With more calls than this a scenario counts them instead of listing them."""
-_PLACES = ("kitchen", "hall", "bedroom", "study", "bathroom", "balcony", "attic", "cellar")
+_SHOWN = {
+    PLACE: ("kitchen", "hall", "bedroom", "study", "bathroom", "balcony", "attic", "cellar"),
+    TEXT: ("this", "that", "another", "something"),
+}
 """What stands in a scenario for texts that nothing tells apart."""
 
 
@@ -73,7 +76,7 @@ def draft_of(
     values = find_values(played.decided, values_of(played))
     if values is None:
         return None
-    values = _with_places(values)
+    values = _with_words(values)
     scripts = {
         **scripts_of_others(mission, played, declarations),
         **scripts_of(played.calls, declarations, values),
@@ -92,13 +95,19 @@ def draft_of(
     )
 
 
-def _with_places(values: Values) -> Values:
-    """Let the names of places stand for texts that nothing tells apart."""
-    names = sorted({text for text in values.values() if isinstance(text, str) and text.startswith(NAMELESS)})
-    places = dict(zip(names, _PLACES, strict=False))
+def _with_words(values: Values) -> Values:
+    """Let words stand for texts that nothing tells apart."""
+    shown: dict[Any, str] = {}
+    for kind, words in _SHOWN.items():
+        texts = sorted({text for text in values.values() if isinstance(text, str) and _is_made(text, kind)})
+        shown |= dict(zip(texts, words, strict=False))
     return {
-        term: places.get(value, value) if isinstance(value, str) else value for term, value in values.items()
+        term: shown.get(value, value) if isinstance(value, str) else value for term, value in values.items()
     }
+
+
+def _is_made(text: str, kind: str) -> bool:
+    return text.startswith(f"{kind} ") and text.removeprefix(f"{kind} ").isdigit()
 
 
 # ---- what must hold ----------------------------------------------------------------------------------------

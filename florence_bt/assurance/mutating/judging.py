@@ -190,17 +190,28 @@ class Judge:
     # ---- told apart -----------------------------------------------------------------------------------
 
     def _told_apart(self, mutation: Mutation, mission: Mission, changed: Verifier) -> Judged:
-        pair = Pair(self.original, changed, self.name)
+        """Look for a difference, at last in every way in which the two missions can go."""
+        states = differences = 0
+        for at_once in (False, True):
+            pair = Pair(self.original, changed, self.name, at_once=at_once)
+            draft = self._draft(pair, mission)
+            states += pair.explored.states
+            differences += pair.explored.differences
+            if draft is not None:
+                return Judged(mutation, UNNOTICED, "", states, draft)
+            if not pair.explored.equivalent:
+                return Judged(mutation, UNNOTICED if differences else UNDECIDED, "", states)
+        return Judged(mutation, EQUIVALENT, "", states)
+
+    def _draft(self, pair: Pair, mission: Mission) -> Draft | None:
+        """Return a scenario that shows a difference; None when none was found that does."""
         for number, way in enumerate(pair.differences(self.limits.seconds, MAX_STEPS)):
             draft = draft_of(pair, way, self.mission, pair.declarations)
             if draft is not None and (shown := self._shown(draft, mission)) is not None:
-                return Judged(mutation, UNNOTICED, "", pair.explored.states, shown)
+                return shown
             if number + 1 == MAX_DRAFTS:
                 break
-        explored = pair.explored
-        if explored.equivalent:
-            return Judged(mutation, EQUIVALENT, "", explored.states)
-        return Judged(mutation, UNNOTICED if explored.differences else UNDECIDED, "", explored.states)
+        return None
 
     def _shown(self, draft: Draft, mission: Mission) -> Draft | None:
         """Return a scenario with what must hold, if it passes on the original and fails on the change."""

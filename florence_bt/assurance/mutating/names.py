@@ -32,25 +32,29 @@ def _cause(step: LastStep) -> str:
 
 
 def _effect(step: LastStep) -> str:
-    mine, theirs = _starts(step.first), _starts(step.second)
+    mine, theirs = _started(step.first), _started(step.second)
     more, fewer = _without(mine, theirs), _without(theirs, mine)
     if more:
-        begins = step.event == "begin" and mine[0] == more[0]
-        return f"it {'begins' if begins else 'goes on'} with {more[0]}"
+        begins = step.event == "begin" and mine[0] is more[0]
+        return f"it {'begins' if begins else 'goes on'} with {_node(more[0])}"
     if fewer:
-        return f"it does not go on with {fewer[0]}"
+        return f"it does not go on with {_node(fewer[0])}"
     if step.first_end != step.second_end and step.first_end is not None:
         status, code = step.first_end
         return {"SUCCEEDED": "it succeeds", "FAILED": f"it fails with {code}"}.get(status, "it is stopped")
     if step.first_end != step.second_end:
         return "it is not over"
-    if mine != theirs:
-        return f"{next(a for a, b in zip(mine, theirs, strict=True) if a != b)} comes first"
+    for one, other in zip(mine, theirs, strict=True):
+        if one.skill != other.skill:
+            return f"{_node(one)} comes first"
     if given := _given_other(step):
         return given
     stopped, let = _cancels(step.first), _cancels(step.second)
-    if stopped != let:
-        return f"{(_without(stopped, let) or ['nothing'])[0]} is stopped"
+    ended = _without(stopped, let)
+    if ended:
+        return f"{_node(ended[0])} is stopped"
+    if _without(let, stopped):
+        return "nothing is stopped"
     return "it gives its outputs" if step.first_end and step.first_end[0] == "SUCCEEDED" else "it says why"
 
 
@@ -68,17 +72,19 @@ def _started(happened: Iterable[Happening]) -> list[Happening]:
     return [each for each in happened if each.what == "start" and each.skill != "finally"]
 
 
-def _starts(happened: Iterable[Happening]) -> list[str]:
-    return [_node(each) for each in _started(happened)]
+def _cancels(happened: Iterable[Happening]) -> list[Happening]:
+    return [each for each in happened if each.what == "cancel"]
 
 
-def _cancels(happened: Iterable[Happening]) -> list[str]:
-    return [_node(each) for each in happened if each.what == "cancel"]
-
-
-def _without(names: list[str], others: list[str]) -> list[str]:
-    """Return the names that come more often than among the others."""
-    return list((Counter(names) - Counter(others)).elements())
+def _without(happened: list[Happening], others: list[Happening]) -> list[Happening]:
+    """Return what is about skills that come more often than among the others."""
+    left = Counter(each.skill for each in others)
+    found = []
+    for each in happened:
+        left[each.skill] -= 1
+        if left[each.skill] < 0:
+            found.append(each)
+    return found
 
 
 def _node(each: Happening) -> str:

@@ -33,8 +33,8 @@ from florence_bt.behaviours.why import explain
 from florence_bt.core.declaration import Port, SkillDeclaration
 from florence_bt.core.outcome import Result
 
-NAMELESS = "name"
-"""How the texts begin that a skill may give: nothing tells one from another but its number."""
+PLACE, TEXT = "place", "text"
+"""How the texts begin that stand for labels of places, and for others; a number tells one from another."""
 MAX_TICKS = 200
 """How many ticks may follow each other at one moment; beyond that a mission goes round without a pause."""
 MAX_TAIL = 60
@@ -76,7 +76,7 @@ class _SharedOutputs(Outputs):
     def _new(self, port: Port) -> Any:
         made = super()._new(port)
         if isinstance(made, str) and not port.choices:  # two texts are told apart where they are said
-            made = unknown(self._facts, term_of(made), f"{NAMELESS} {self._facts.count}")
+            made = unknown(self._facts, term_of(made), f"{PLACE if port.names else TEXT} {self._facts.count}")
         if isinstance(made, (int, float)):
             term = term_of(made)
             if port.minimum is not None:
@@ -89,8 +89,11 @@ class _SharedOutputs(Outputs):
 class _Version(World):
     """One of the two versions."""
 
-    def __init__(self, answers: Answers, verifier: Verifier, name: str, plan: Plan, facts: Facts) -> None:
+    def __init__(
+        self, answers: Answers, verifier: Verifier, name: str, plan: Plan, facts: Facts, at_once: bool
+    ) -> None:
         self._answers = answers
+        self._at_once = at_once
         self._asked: Counter[tuple[str, str]] = Counter()
         self.ended: tuple[Any, ...] = ()
         mission = verifier.library.get(name)
@@ -198,6 +201,8 @@ class _Version(World):
         return _SharedOutputs(super()._outputs(), self)
 
     def _choose(self, path: str, declaration: SkillDeclaration, ends: tuple[End, ...]) -> End:
+        if not self._at_once and not declaration.instant:
+            return ends[0]  # it goes on
         choose = super()._choose
         end: End = self.answer("start", declaration.name, lambda: choose(path, declaration, ends))
         return end
@@ -282,14 +287,16 @@ class Pair:
         first: Explores the first version, and what it calls.
         second: Explores the second one.
         name: The mission.
+        at_once: Whether skills that take time may also end while they are started. Without these ways
+            differences are found sooner.
     """
 
-    def __init__(self, first: Verifier, second: Verifier, name: str) -> None:
+    def __init__(self, first: Verifier, second: Verifier, name: str, *, at_once: bool = True) -> None:
         self._facts = Facts(Choices())
         self._answers = Answers()
         plan = _joined(first.plan(name), second.plan(name))
         self._versions = tuple(
-            _Version(self._answers, each, name, plan, self._facts) for each in (first, second)
+            _Version(self._answers, each, name, plan, self._facts, at_once) for each in (first, second)
         )
         self._first, self._second = self._versions
         self._deciding = plan.deciding | plan.needed

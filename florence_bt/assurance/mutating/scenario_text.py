@@ -13,6 +13,9 @@ from florence_bt.core.errors import ConfigError
 from florence_bt.trees.language.loader import BUILT_IN
 from florence_bt.trees.language.model import Mission
 
+MARK = "# Small changes of the mission that none of the scenarios above notices (florence mutate)."
+"""What stands above scenarios that were added."""
+
 
 @dataclass(frozen=True, slots=True)
 class ScenarioText:
@@ -68,8 +71,10 @@ class ScenarioText:
         return file
 
     def with_added(self, drafts: Iterable[Draft]) -> str:
-        """Return the text with some more scenarios."""
+        """Return the text with some more scenarios, below a mark."""
         parts = [self.text.rstrip("\n") + "\n"]
+        if self.names and MARK not in self.text:
+            parts.append(f"\n{self.indent}{MARK}\n")
         parts += [("\n" if self.names else "") + each.text(self.indent) for each in drafts]
         return "".join(parts)
 

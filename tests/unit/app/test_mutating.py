@@ -7,6 +7,7 @@ import pytest
 from typer.testing import CliRunner
 
 from florence_bt.app.mission_files.mutating import MutateOptions, mutate_mission
+from florence_bt.assurance.mutating.scenario_text import MARK
 from florence_bt.cli.application import app
 from florence_bt.core.errors import ConfigError
 from florence_bt.mission_testing.scenarios.scenario import run_scenario
@@ -94,6 +95,15 @@ def test_each_change_is_counted_once_under_who_notices_it_first(mission: Path):
     assert (by_properties, equivalent, not_told, unnoticed) == (0, 1, 0, 8)
 
 
+def test_the_manual_shows_this_mission_and_what_is_printed_of_it(mission: Path):
+    page = (Path(__file__).parents[3] / "docs" / "manual" / "mutate.md").read_text()
+    report, _ = mutate_mission(str(mission), MutateOptions())
+    assert MISSION in page
+    assert report.split("\n\n  unnoticed")[0] in page
+    [change] = [each for each in report.split("\n\n") if each.startswith("  unnoticed: 2 becomes 3")]
+    assert change.replace(str(mission), mission.name) in page
+
+
 def test_a_property_of_the_author_notices(mission: Path):
     text = "properties:\n  - at_most: {navigate_to: 2}\n"
     (mission.parent / "at_the_door.properties.yml").write_text(text)
@@ -113,6 +123,13 @@ def test_written_scenarios_pass_and_notice_what_nobody_noticed(mission: Path):
     report, noticed = mutate_mission(str(mission), MutateOptions())
     assert noticed
     assert report.startswith("at_the_door: 10 small changes, all that make a difference are noticed")
+
+
+def test_what_is_added_stands_below_a_line_that_says_so(mission: Path):
+    mutate_mission(str(mission), MutateOptions(write=True))
+    text = scenarios_of(mission).read_text()
+    assert text.startswith(f"{SCENARIOS}\n  {MARK}\n\n  - name: ")
+    assert text.count(MARK) == 1
 
 
 def test_few_scenarios_are_written(mission: Path):

@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 
 from florence_bt.assurance.mutating.draft import draft_of
+from florence_bt.assurance.mutating.names import name_of
 from florence_bt.assurance.mutating.pairs import Pair
 from florence_bt.assurance.verifier import Verifier
 from florence_bt.mission_testing.paths import all_declarations
@@ -102,6 +103,38 @@ def test_two_versions_are_proved_to_do_the_same(pair, what: str):
     assert list(versions.differences(60.0, STEPS)) == []
     assert versions.explored.equivalent
     assert versions.explored.states > 1
+
+
+NAMES = {
+    "a number of attempts": "it does not go on with turn when turn fails with no_response",
+    "a time-out": "it fails with timed_out after 10 s",
+    "an input": "tried is given its angle",
+    "a pause": "it goes on with say after 5 s",
+    "a code": "it fails with mine",
+    "a clean-up": "it goes on with say",
+    "the order": "say is given its text",
+}
+"""The same differences -> how a scenario is called that shows them, up to which code a skill fails with."""
+
+
+@pytest.mark.parametrize("what", NAMES)
+def test_a_scenario_is_called_by_what_the_first_version_does(pair, what: str):
+    versions, _ = pair(*APART[what])
+    way = next(versions.differences(60.0, STEPS))
+    name = name_of(versions.last_step(way))
+    assert name.split(" when ")[0] == NAMES[what].split(" when ")[0]
+
+
+def test_texts_are_told_apart_where_they_are_said_and_read_like_words(pair):
+    ask = "      - wait_for_answer: {}\n        out: {answer: a}\n"
+    tree = f"  sequence:\n{ask}{ask.replace('answer: a', 'answer: b')}      - say: {{text: $a}}"
+    versions, verifier = pair(tree, "text: $a", "text: $b")
+    way = next(versions.differences(60.0, STEPS))
+    draft = draft_of(versions, way, verifier.library.get("tried"), versions.declarations)
+    assert draft is not None
+    assert (
+        "answer=this" in draft.skills["wait_for_answer"] and "answer=that" in draft.skills["wait_for_answer"]
+    )
 
 
 def test_what_was_not_explored_to_the_end_is_not_equivalent(pair):
