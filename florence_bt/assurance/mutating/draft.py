@@ -173,7 +173,7 @@ def expectation_of(
         lines.append(f"outputs: {{{shown}}}")
     if seen.duration is not None:
         lines.append(f"duration: {seen.duration:g} s")
-    lines += _calls(run.calls(), ports)
+    lines += _calls(run.calls(), ports, other)
     lines += _moments(run, seen, other)
     return tuple(lines)
 
@@ -187,7 +187,9 @@ def _moments(run: TestRun, seen: Observed, other: Observed) -> Iterator[str]:
     yield "\n".join(["trace:", f"  of: {late}", "  lines:", *lines])
 
 
-def _calls(calls: Sequence[SkillCall], ports: Mapping[str, Mapping[str, Port]]) -> Iterator[str]:
+def _calls(
+    calls: Sequence[SkillCall], ports: Mapping[str, Mapping[str, Port]], other: Observed
+) -> Iterator[str]:
     if not calls:
         return
     if len(calls) > MANY_CALLS:
@@ -196,16 +198,21 @@ def _calls(calls: Sequence[SkillCall], ports: Mapping[str, Mapping[str, Port]]) 
         yield f"called: {{{counts}}}"
         return
     lines = []
-    for call in calls:
-        inputs = ", ".join(_inputs(call.inputs, ports.get(call.skill, {})))
+    for number, call in enumerate(calls):
+        elsewhere = other.calls[number][1] if number < len(other.calls) else {}
+        inputs = ", ".join(_inputs(call.inputs, ports.get(call.skill, {}), elsewhere))
         lines.append(f"  - {call.skill}: {{{inputs}}}" if inputs else f"  - {call.skill}")
     yield "\n".join(["only_calls:", *lines])
 
 
-def _inputs(inputs: Mapping[str, Any], ports: Mapping[str, Port]) -> Iterator[str]:
+def _inputs(
+    inputs: Mapping[str, Any], ports: Mapping[str, Port], elsewhere: Mapping[str, Any]
+) -> Iterator[str]:
+    """Yield the inputs of a call, without those that are as everywhere: the default, here and elsewhere."""
     for name, value in inputs.items():
         port = ports.get(name)
-        if port is not None and (port.required or value != port.default):
+        usual = port is None or (not port.required and value == port.default)
+        if port is not None and (not usual or elsewhere.get(name, value) != value):
             yield f"{name}: {_plain(written(value, port), True)}"
 
 

@@ -137,7 +137,8 @@ class Judge:
 
     def prepare(self) -> None:
         """Find out what is needed for every change, before processes are forked."""
-        self._broken, self._ports, self.scenario_text  # noqa: B018
+        for name in ("_broken", "_ports", "scenario_text"):
+            getattr(self, name)
 
     def judge(self, mutation: Mutation) -> Judged:
         """Say who notices a change; the cheapest to ask is asked first."""
@@ -149,11 +150,12 @@ class Judge:
         scenario = self.failing(mission)
         if scenario is not None:
             return Judged(mutation, SCENARIOS, scenario)
+        broken = self._broken  # what is called is explored once, and kept
         changed = self.original.with_changed(library, [self.name])
-        new = [each.text for each in verdict_on(self.name, changed).broken if each.text not in self._broken]
+        new = [each.text for each in verdict_on(self.name, changed).broken if each.text not in broken]
         if new:
             return Judged(mutation, PROPERTIES, new[0])
-        return self._told_apart(mutation, mission, self.original.with_changed(library, [self.name]))
+        return self._told_apart(mutation, mission, changed)
 
     def failing(self, mission: Mission) -> str | None:
         """Return the first scenario that fails when this mission counts in place of the original."""

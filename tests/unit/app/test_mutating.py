@@ -132,6 +132,14 @@ def test_what_is_added_stands_below_a_line_that_says_so(mission: Path):
     assert text.count(MARK) == 1
 
 
+def test_an_input_that_is_as_by_default_is_expected_where_the_change_gives_another(mission: Path):
+    mission.write_text("mission: at_the_door\ntree:\n  look_for_user: {window: 5 s}\n")
+    scenarios_of(mission).unlink()
+    mutate_mission(str(mission), MutateOptions(write=True))
+    assert "look_for_user: {window: 5 s}" in scenarios_of(mission).read_text()
+    assert mutate_mission(str(mission), MutateOptions())[1]
+
+
 def test_few_scenarios_are_written(mission: Path):
     mutate_mission(str(mission), MutateOptions(write=True))
     assert len(results(mission)) <= 3
