@@ -177,6 +177,17 @@ FIGURES: tuple[Figures, ...] = (
         ),
     ),
     Figures(
+        "notes/mutate.md",
+        ("mutated",),
+        "tools/mutated.py",
+        "",
+        "--missions goto_room goto_pose --jobs 1",
+        (
+            *("tools/mutated.py", "florence_bt/assurance", "florence_bt/trees", "florence_bt/behaviours"),
+            *("florence_bt/mission_testing", "scenarios", "examples"),
+        ),
+    ),
+    Figures(
         "notes/mutants.md",
         ("mutants",),
         "-m tools.mutants",

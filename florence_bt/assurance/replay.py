@@ -59,6 +59,20 @@ class Replayed:
     inputs: dict[str, Any] = field(default_factory=dict)
     seconds: float = 0.0
 
+    def note(self, when: float, each: Happening) -> None:
+        """Note what happened, and when."""
+        self.lines.append((when, each))
+        if each.what == "start":
+            self.calls.append(Call(each.path, each.skill, when, each.inputs))
+        elif each.what == "end":
+            call = next((c for c in reversed(self.calls) if c.path == each.path and c.ended is None), None)
+            if call is not None:
+                call.ended = when
+                cancelled = each.result is None or each.result.code == "cancelled"
+                call.result = None if cancelled else each.result
+        elif each.what in ("stop", "override"):
+            self.stops.append((when, each.what))
+
 
 def replay(explored: Explored, way: Sequence[Edge], *, slow: bool = False) -> Replayed:
     """Play a way through a mission that was explored.
@@ -101,7 +115,7 @@ class _Replay:
             played.decided.update(before)
             played.decided.update(world.facts.decided)
             for each in world.happened:
-                self._note(each)
+                played.note(self._now, each)
             for timer in world.clock.still_open():
                 self._opened.setdefault(timer, self._now)
             if edge.event.what == "begin":
@@ -123,17 +137,3 @@ class _Replay:
                 left = edge.seconds - JUST_BEFORE_S if due_next is not None else left
                 self._ahead += edge.seconds if due_next is None else 0.0
             clock.advance_to(clock.now() + left)
-
-    def _note(self, each: Happening) -> None:
-        played = self._played
-        played.lines.append((self._now, each))
-        if each.what == "start":
-            played.calls.append(Call(each.path, each.skill, self._now, each.inputs))
-        elif each.what == "end":
-            call = next((c for c in reversed(played.calls) if c.path == each.path and c.ended is None), None)
-            if call is not None:
-                call.ended = self._now
-                cancelled = each.result is None or each.result.code == "cancelled"
-                call.result = None if cancelled else each.result
-        elif each.what in ("stop", "override"):
-            played.stops.append((self._now, each.what))

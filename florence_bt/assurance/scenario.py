@@ -19,6 +19,7 @@ from florence_bt.core.geometry import Pose2
 from florence_bt.mission_testing.scenarios.scenario import run_scenario
 from florence_bt.mission_testing.scenarios.scenario_file import Libraries, read_scenarios
 from florence_bt.trees.language.analysis import skills_used_by
+from florence_bt.trees.language.model import Mission
 from florence_bt.trees.language.quantities import format_value
 
 
@@ -49,21 +50,22 @@ def scenario_text(explored: Explored, problem: Problem, file: Path) -> str | Non
     """Return the scenario, None when nothing can be expected of it or no values are found."""
     played = replay(explored, problem.path)
     expected = _expected(explored, problem, played)
-    values = find_values(played.decided, _values_of(played)) if expected is not None else None
+    values = find_values(played.decided, values_of(played)) if expected is not None else None
     if expected is None or values is None:
         return None
     declarations = explored.world.declarations
-    own, rest = _scripts(played.calls, declarations, values), _others(explored, played)
+    own = scripts_of(played.calls, declarations, values)
+    rest = scripts_of_others(explored.mission, played, declarations)
     lines = [
         f"# Written by florence verify: {problem.text}.",
         f"mission: {explored.mission.name}",
-        f"missions: [{_quoted(str(explored.mission.file.resolve().parent))}]",
+        f"missions: [{quoted(str(explored.mission.file.resolve().parent))}]",
         "given:",
         *_inputs(explored, played, values),
         "  skills:",
-        *(f"    {name}: {_quoted(script)}" for name, script in {**rest, **own}.items()),
+        *(f"    {name}: {quoted(script)}" for name, script in {**rest, **own}.items()),
         "scenarios:",
-        f"  - name: {_quoted(problem.text)}",
+        f"  - name: {quoted(problem.text)}",
         *_when(played),
         f"    then: {expected}",
     ]
@@ -87,7 +89,8 @@ def _fails_there(file: Path, played: Replayed) -> bool:
     )
 
 
-def _values_of(played: Replayed) -> Iterator[Any]:
+def values_of(played: Replayed) -> Iterator[Any]:
+    """Yield the values that came up on a way: inputs, and what skills gave."""
     yield from played.inputs.values()
     for call in played.calls:
         if call.result is not None:
@@ -98,23 +101,28 @@ def _values_of(played: Replayed) -> Iterator[Any]:
 
 
 def _inputs(explored: Explored, played: Replayed, values: Values) -> list[str]:
-    ports = explored.mission.inputs
-    given = {name: known(value, values) for name, value in played.inputs.items()}
-    written = {
-        name: _written(value, ports[name])
-        for name, value in given.items()
-        if ports[name].required or value != ports[name].default
+    given = inputs_of(explored.mission, played, values)
+    pairs = ", ".join(f"{name}: {quoted(text)}" for name, text in given.items())
+    return [f"  inputs: {{{pairs}}}"] if given else []
+
+
+def inputs_of(mission: Mission, played: Replayed, values: Values) -> dict[str, str]:
+    """Return the inputs of a way as a scenario has them, without those that are as the mission has them."""
+    given = {name: (known(value, values), mission.inputs[name]) for name, value in played.inputs.items()}
+    return {
+        name: written(value, port)
+        for name, (value, port) in given.items()
+        if port.required or value != port.default
     }
-    pairs = ", ".join(f"{name}: {_quoted(text)}" for name, text in written.items())
-    return [f"  inputs: {{{pairs}}}"] if written else []
 
 
-def _written(value: Any, port: Port) -> str:
+def written(value: Any, port: Port) -> str:
+    """Write a value as it stands in a scenario."""
     if isinstance(value, Pose2):
         return _pose(value)
     if isinstance(value, tuple):
         item = Port(port.kind.item or Kind.TEXT, "")
-        return f"[{', '.join(_written(each, item) for each in value)}]"
+        return f"[{', '.join(written(each, item) for each in value)}]"
     if port.kind is Kind.TEXT:
         return str(value)
     return format_value(value, port.kind)
@@ -126,7 +134,7 @@ def _pose(value: Pose2) -> str:
     return f"({x}, {y}, {yaw})"
 
 
-def _scripts(
+def scripts_of(
     calls: Iterable[Call], declarations: Mapping[str, SkillDeclaration], values: Values
 ) -> dict[str, str]:
     """Return the scripts of the skills, whose calls answer one after the other."""
@@ -139,7 +147,9 @@ def _scripts(
 
 
 def _shortened(steps: list[str]) -> list[str]:
-    """Write each step for one call, and the last one for all that follow."""
+    """Write each step for one call, and the last one for all that follow, which are like it."""
+    while len(steps) > 1 and steps[-1] == steps[-2]:
+        steps = steps[:-1]
     return [f"{step} once" for step in steps[:-1]] + steps[-1:]
 
 
@@ -162,17 +172,18 @@ def _ending(result: Any, declaration: SkillDeclaration, values: Values) -> str:
     if not result.succeeded:
         return f"FAILURE {result.code}"
     given = [
-        f"{name}={_written(known(value, values), declaration.outputs[name])}"
+        f"{name}={written(known(value, values), declaration.outputs[name])}"
         for name, value in result.outputs.items()
     ]
     return f"SUCCESS ({', '.join(given)})" if given else "SUCCESS"
 
 
-def _others(explored: Explored, played: Replayed) -> dict[str, str]:
+def scripts_of_others(
+    mission: Mission, played: Replayed, declarations: Mapping[str, SkillDeclaration]
+) -> dict[str, str]:
     """Return scripts for the skills that the way does not use, and the mission may use afterwards."""
     used = {call.skill for call in played.calls}
-    skills = skills_used_by(explored.mission) - used
-    declarations = explored.world.declarations
+    skills = skills_used_by(mission) - used
     return {
         skill: _ending(witness_result(declarations[skill]), declarations[skill], {})
         for skill in sorted(skills)
@@ -200,7 +211,7 @@ def _expected(explored: Explored, problem: Problem, played: Replayed) -> str | N
         case "no_output":
             port = explored.mission.outputs[problem.about]
             result = witness_result(SkillDeclaration("", "", outputs={"it": port})).outputs["it"]
-            return f"{{outputs: {{{problem.about}: {_quoted(_written(result, port))}}}}}"
+            return f"{{outputs: {{{problem.about}: {quoted(written(result, port))}}}}}"
         case "never":
             return "{status: SUCCEEDED}" if problem.about == "it" else f"{{not_called: {problem.about}}}"
         case "at_most":
@@ -212,7 +223,7 @@ def _expected(explored: Explored, problem: Problem, played: Replayed) -> str | N
         case "unforeseen_code":
             return "{status: SUCCEEDED}"
         case "missing_key" | "bad_expression" | "bad_input" | "bad_output":
-            return f"{{nodes: {{{_quoted('/' + problem.about)}: SUCCESS}}}}"
+            return f"{{nodes: {{{quoted('/' + problem.about)}: SUCCESS}}}}"
     return None
 
 
@@ -228,5 +239,6 @@ def _switched_off(thing: str, played: Replayed, used: set[str]) -> str | None:
     return f"{{calls: [{', '.join([*own, f'stop_{thing}'])}]}}"
 
 
-def _quoted(text: str) -> str:
+def quoted(text: str) -> str:
+    """Put a text in quotes of YAML."""
     return '"' + text.replace("\\", "\\\\").replace('"', '\\"') + '"'

@@ -102,21 +102,35 @@ class StateKeys:
         Args:
             more: What else decides how it goes on.
         """
+        symbols: dict[Term, int] = {}
+        moment = self.moment(symbols, *more)
+        return (*moment, self.decided(symbols))
+
+    def moment(self, symbols: dict[Term, int], *more: Any) -> tuple[Any, ...]:
+        """Return the key of this moment without what was decided about values.
+
+        Args:
+            symbols: Values that are not known -> their numbers, in the order in which they were met; goes on.
+            more: What else decides how it goes on.
+        """
         self._timers = self._pending()
         self._why = {}
-        self._symbols = {}
+        self._symbols = symbols
         context = self._context
         trees = [self._root, *(each.tree for each in context.beside)]
-        key = (
+        return (
             tuple(self._node(node) for tree in trees for node in self._running(tree, math.inf)),
             self._keys(context.keys),
             tuple((entry.path, entry.left) for entry in context.runs),
             len(context.waiting),
             *more,
         )
-        self._facts.forget(set(self._symbols))
-        decided = sorted((repr(self._term(atom)), holds) for atom, holds in self._facts.decided.items())
-        return (*key, tuple(decided))
+
+    def decided(self, symbols: dict[Term, int]) -> tuple[tuple[str, bool], ...]:
+        """Return what was decided about these values, by their numbers; the rest is forgotten."""
+        self._symbols = symbols
+        self._facts.forget(set(symbols))
+        return tuple(sorted((repr(self._term(atom)), holds) for atom, holds in self._facts.decided.items()))
 
     def _pending(self) -> dict[int, tuple[float, int]]:
         """Return the timers that wait: how long still, and which of equal moments comes first."""

@@ -42,7 +42,7 @@ def find_values(decided: Mapping[Atom, bool], values: Iterable[Any]) -> Values |
     for trial in range(_TRIALS):
         tried = dict(witnesses)
         if trial:
-            for symbol in needed:
+            for symbol in sorted(needed):
                 tried[symbol] = _other(witnesses[symbol], numbers, texts, dice)
         if all(_holds(atom, tried) is holds for atom, holds in decided.items()):
             return tried
@@ -79,11 +79,13 @@ def _other(witness: Any, numbers: list[float], texts: list[str], dice: random.Ra
     """Return another value of the type of a witness."""
     if isinstance(witness, str):
         return dice.choice(texts)
+    number = dice.choice(numbers) + dice.choice((-1.0, 1.0)) * dice.choice(_STEPS)
+    if isinstance(witness, Pose2) and dice.random() < 0.5:
+        return Pose2(round(number, 3), 0.0, 0.0)
     if isinstance(witness, Pose2):
         reach = dice.choice((0.1, 1.0, 3.0))
         x, y, yaw = (round(dice.uniform(-most, most), 2) for most in (reach, reach, 3.0))
         return Pose2(x, y, yaw)
-    number = dice.choice(numbers) + dice.choice((-1.0, 1.0)) * dice.choice(_STEPS)
     return round(number) if isinstance(witness, int) else round(number, 3)
 
 

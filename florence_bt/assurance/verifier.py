@@ -143,16 +143,14 @@ class Verifier:
     def _explore(self, mission: Mission, way: WayOfCalling) -> Explored:
         plan = self.plan(mission.name)
         assert plan is not None  # the mission is there
-        library = self._with_stubs(mission)
+        library = self.with_stubs(mission)
         began = self._own_time()
         for coarse_s, limits in (
             (None, replace(self._limits, steps=min(PRECISE_STEPS, self._limits.steps))),
             (COARSE_S, self._limits),
         ):
             wanted = () if way else self.properties(mission)
-            world = World(
-                mission, library, self.declarations, plan, dict(way), self._called, wanted, coarse_s
-            )
+            world = World(mission, library, self.declarations, plan, dict(way), self.called, wanted, coarse_s)
             start = world.snapshot()
             graph = explore(world, limits, self._own_time)
             if not graph.unexplored:
@@ -160,7 +158,7 @@ class Verifier:
         self._called_s = self._own_time() - began + self._called_s
         return Explored(mission, way, world, graph, start)
 
-    def _with_stubs(self, mission: Mission) -> MissionLibrary:
+    def with_stubs(self, mission: Mission) -> MissionLibrary:
         """Return a library in which each mission that this one calls is one skill."""
         taken: dict[str, set[str]] = {}
         for call in self.analysis.calls(mission):
@@ -174,7 +172,8 @@ class Verifier:
             library.declarations[name] = as_skill(library.declarations[name], resources)
         return library
 
-    def _called(self, world: World) -> Mapping[str, Skill]:
+    def called(self, world: World) -> Mapping[str, Skill]:
+        """Return the missions that the mission of a world calls, as skills."""
         return {
             call: CalledMission(
                 world.declarations[call], plan, self.summary, world.classes, world.clock, world.note_cancel

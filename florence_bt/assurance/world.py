@@ -132,6 +132,7 @@ class World(Unchanging):
         called: Missions that are called, as skills.
         properties: What its author wants to hold.
         coarse_s: Timers that take longer may fire at any moment; None: every timer fires when it is due.
+        facts: What is decided about values; None: nothing yet.
     """
 
     def __init__(
@@ -144,13 +145,14 @@ class World(Unchanging):
         called: Callable[[World], Mapping[str, Skill]],
         properties: Iterable[Property] = (),
         coarse_s: float | None = None,
+        facts: Facts | None = None,
     ) -> None:
         self.mission = mission
         self.coarse = coarse_s is not None
         self.plan = plan
         self.clock = OpenClock(coarse_s)
-        self.choices = Choices()
-        self.facts = Facts(self.choices)
+        self.facts = facts or Facts(Choices())
+        self.choices = self.facts.choices
         self.assumed: dict[str, None] = dict.fromkeys(plan.abstracted)
         self.happened: list[Happening] = []
         self.seen = Seen()
@@ -261,7 +263,11 @@ class World(Unchanging):
 
     def key(self) -> tuple[Any, ...]:
         """Return what decides how it goes on."""
-        return self._keys.make(
+        return self._keys.make(*self._marks())
+
+    def _marks(self) -> tuple[Any, ...]:
+        """Return what decides how it goes on beside the tree."""
+        return (
             self.moment.begun,
             self.moment.asked,
             self.moment.end,

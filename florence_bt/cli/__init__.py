@@ -46,7 +46,7 @@ VERBS = {
     "skills": ("skills",),
     "system": ("demo", "up", "logs"),
     "testing": ("test",),
-    "verifying": ("verify",),
+    "verifying": ("verify", "mutate"),
 }
 """Module -> the verbs that it adds to the application."""
 

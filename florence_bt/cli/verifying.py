@@ -1,7 +1,8 @@
-"""Verbs about what is known of a mission before it moves a robot: ``verify``."""
+"""Verbs about what is known of a mission before it moves a robot: ``verify`` and ``mutate``."""
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Annotated
 
@@ -43,3 +44,37 @@ def verify(
     report, holds = verify_missions(missions, options)
     typer.echo(report)
     raise typer.Exit(OK if holds else FAILED)
+
+
+@app.command(
+    rich_help_panel="Mission files",
+    epilog=f"Example: florence mutate my_mission.yaml --write\n\n{EXIT_CODES}",
+)
+def mutate(
+    mission: Annotated[str, typer.Argument(help="The name of a mission, or its file.")],
+    folders: FolderOption = None,
+    scenarios: Annotated[
+        list[str] | None,
+        typer.Option(metavar="PATH", help="A scenario file, or a folder of them (may be repeated)."),
+    ] = None,
+    write: Annotated[
+        bool, typer.Option("--write", help="Add scenarios that notice what nobody notices.")
+    ] = False,
+    limit: Annotated[
+        float, typer.Option(min=1, help="Seconds for which the verifier looks at one change.")
+    ] = 10.0,
+    jobs: Annotated[
+        int | None, typer.Option(min=1, help="Changes that are looked at at a time; all cores by default.")
+    ] = None,
+) -> None:
+    """Change a mission in small ways, and show which changes neither scenarios nor properties notice.
+
+    Needs no robot, no ROS and no simulation. docs/manual/mutate.md explains it.
+    """
+    from florence_bt.app.mission_files.mutating import MutateOptions, mutate_mission
+
+    cores = jobs or os.cpu_count() or 1
+    options = MutateOptions(tuple(folders or ()), tuple(map(Path, scenarios or ())), limit, cores, write)
+    report, all_noticed = mutate_mission(mission, options)
+    typer.echo(report)
+    raise typer.Exit(OK if all_noticed else FAILED)

@@ -54,7 +54,7 @@ def verify_missions(missions: Sequence[str], options: VerifyOptions) -> tuple[st
     """
     library = MissionLibrary.load(list(options.folders))
     verdicts = _verdicts(
-        library, [name for each in missions for name in _load(library, each)], options.limit_s
+        library, [name for each in missions for name in load_missions(library, each)], options.limit_s
     )
     if options.table:
         report = table_of(verdicts)
@@ -106,7 +106,7 @@ def _write_scenarios(verdict: Verdict, folder: Path) -> Iterator[tuple[int, Path
             yield number, file
 
 
-def _load(library: MissionLibrary, mission: str) -> list[str]:
+def load_missions(library: MissionLibrary, mission: str) -> list[str]:
     """Make missions known, and return their names."""
     path = Path(mission)
     if path.is_dir():

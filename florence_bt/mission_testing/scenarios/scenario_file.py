@@ -970,11 +970,13 @@ class Libraries:
 
     Args:
         folders: Folders of missions for every file, beside those that a file names.
+        instead: Missions that count instead of what their files say.
     """
 
-    def __init__(self, folders: tuple[Path, ...] = ()) -> None:
+    def __init__(self, folders: tuple[Path, ...] = (), instead: Iterable[Mission] = ()) -> None:
         self.declarations: Mapping[str, SkillDeclaration] = all_declarations()
         self._folders = folders
+        self._instead = tuple(instead)
         self._known: dict[tuple[Path, ...], tuple[MissionLibrary, MissionMaps]] = {}
 
     def load(self, home: Path, folders: tuple[Path, ...]) -> tuple[MissionLibrary, MissionMaps]:
@@ -989,6 +991,8 @@ class Libraries:
         """
         if (home, *folders) not in self._known:
             library = MissionLibrary.load([*self._folders, *folders])
+            for mission in self._instead:
+                library.put(mission)
             self._known[home, *folders] = library, MissionMaps()
         return self._known[home, *folders]
 

@@ -1,4 +1,4 @@
-"""What an author wants to hold of a mission whatever happens: the properties, read with their places.
+"""Properties of a mission: what its author wants to hold whatever happens, read with their places.
 
 Whether what they name is there is checked elsewhere (``checks.properties``), and ``florence verify`` proves
 whether they hold.

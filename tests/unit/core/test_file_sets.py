@@ -194,6 +194,7 @@ OTHERWISE = {
     "app/demo/kernel_cache.py": "a cache",
     "app/runs/recorded_mission.py": "texts of missions, in a folder for one replay",
     "assurance/scenario.py": "a folder for one trial",
+    "assurance/mutating/scenario_text.py": "a folder for one trial",
     "mission_testing/scenarios/from_run.py": "a folder for one trial",
     "app/interfaces/building.py": "the environment, with a list of its own",
     "app/interfaces/generating.py": "what is built, in a folder of its own",

@@ -1,0 +1,1 @@
+"""Small changes of a mission, and who notices them: the check, its scenarios, its properties, or nobody."""
