@@ -54,13 +54,20 @@ class MapView(Element, component="components/map_view.js", esm=_LIVE):
 class TreeView(Element, component="components/tree_view.js", esm=_LIVE):
     """The tree of the running mission, or of a recorded run.
 
+    Emits ``break`` with the place and the title of a row when somebody sets a breakpoint there, or takes it
+    away, and when they pressed.
+
     Args:
         nodes: Every node of the recorded run, a parent before its children; None for what runs now.
         cause: The path of the node that caused the end of the recorded run.
+        breaks: Whether the viewer may set breakpoints in what runs now; all see them.
     """
 
-    def __init__(self, *, nodes: Sequence[ReachedNode] | None = None, cause: str = "") -> None:
+    def __init__(
+        self, *, nodes: Sequence[ReachedNode] | None = None, cause: str = "", breaks: bool = False
+    ) -> None:
         super().__init__()
+        self._props["breaks"] = breaks
         self._number = {node.path: number for number, node in enumerate(nodes or ())}
         if nodes is not None:
             self._props["nodes"] = [[node.name, self._number.get(node.parent, -1)] for node in nodes]
@@ -76,6 +83,21 @@ class TreeView(Element, component="components/tree_view.js", esm=_LIVE):
             if node.said:
                 said[number] = node.said
         self.run_method("show_marks", {"statuses": "".join(signs), "said": said})
+
+
+class BreakpointBar(Element, component="components/breakpoint_bar.js", esm=_LIVE):
+    """The breakpoints that are set, and where a paused run stands, with the buttons and keys to go on.
+
+    Emits ``step`` and ``go_on`` with the id of the run, ``remove`` with the name of a breakpoint, each with
+    when somebody pressed.
+
+    Args:
+        acts: Whether the viewer may do that; all see it.
+    """
+
+    def __init__(self, *, acts: bool) -> None:
+        super().__init__()
+        self._props["acts"] = acts
 
 
 class StatusView(Element, component="components/status_view.js", esm=_LIVE):
