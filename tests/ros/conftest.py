@@ -261,7 +261,10 @@ BROWSER_MOMENT_MS = 60_000
 def open_page(
     ros: RosBench, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, start_process: Callable[..., Child]
 ) -> Iterator[Callable[..., Any]]:
-    """Open the robot's page in chromium: ``open_page("look")`` as somebody with a token of that role."""
+    """Open the robot's page in chromium: ``open_page("look")`` as somebody with a token of that role.
+
+    Further words are those of ``florence page``.
+    """
     from playwright.sync_api import sync_playwright
 
     with socket.socket() as server:
@@ -271,11 +274,12 @@ def open_page(
     with sync_playwright() as started:
         chromium = started.chromium.launch(executable_path=shutil.which("chromium"), args=["--no-sandbox"])
 
-        def open_as(role: str = "") -> Any:
+        def open_as(role: str = "", *words: str | Path) -> Any:
             from florence_page.access import make_token, tokens_file
 
             asked = f"?token={make_token(role, tokens_file())}" if role else ""
-            start_process("-m", "florence_bt.cli", "page", "--port", str(port)).wait_for("Ctrl-C ends it")
+            page = start_process("-m", "florence_bt.cli", "page", "--port", str(port), *words)
+            page.wait_for("Ctrl-C ends it")
             opened = chromium.new_page()
             opened.set_default_timeout(BROWSER_MOMENT_MS)
             opened.goto(f"http://localhost:{port}/{asked}")

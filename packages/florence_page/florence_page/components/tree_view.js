@@ -71,7 +71,10 @@ export default {
       return () => ceases.forEach((each) => each());
     },
     // Of a recorded run: how its nodes stand at the moment that is looked at.
-    show_marks(marks) { this.marks = marks; this.lay_out(); },
+    show_tree({ tree, marks }) {
+      if (tree.length !== this.tree.length) { this.opened.clear(); this.chosen = null; }
+      this.tree = tree; this.children = this.family(tree); this.marks = marks; this.lay_out();
+    },
     family(tree) {
       const children = tree.map(() => []);
       tree.forEach(([, parent], node) => { if (parent >= 0) children[parent].push(node); });
