@@ -17,7 +17,7 @@ export default {
     </div>
     <div v-if="names.length" role="group" aria-label="breakpoints" style="display:flex;flex-wrap:wrap;gap:0 10px;padding:2px 8px">
       <span style="color:#666">paused before</span>
-      <span v-for="name in names" :key="name"><span style="color:#b3261e">●</span> {{ name }}
+      <span v-for="name in names" :key="name"><span style="color:#b3261e">●</span> <span :title="name">{{ short(name) }}</span>
         <button v-if="acts" @click="say('remove', { name })" :aria-label="'take away ' + name" style="padding:0 6px">✕</button></span>
     </div>
   </div>`,
@@ -57,6 +57,8 @@ export default {
       const acts = { s: this.step, ArrowRight: this.step, c: this.go_on, " ": this.go_on }[event.key];
       if (acts) { event.preventDefault(); acts(); }
     },
+    // Of a whole path the two ends.
+    short(name) { const parts = name.split("/"); return parts.length > 2 ? `${parts[0]}/…/${parts.at(-1)}` : name; },
     step() { this.stepping = this.run.run_id; this.say("step", { run_id: this.run.run_id }); },
     go_on() { this.stepping = ""; this.say("go_on", { run_id: this.run.run_id }); },
     say(what, about) { this.$emit(what, { ...about, ...live.press() }); },
