@@ -1,15 +1,17 @@
 """Takes the pictures of the page for the manual: a run of goto_user in the simulated flat, seen in a browser.
 
-``python -m tools.page_pictures docs/img`` writes ``page.png`` (while it runs), ``page_run.png`` (how it ran),
-``page_phone.png``, and in each state of its link ``page_stopped_phone.png``, ``page_missions_silent.png``,
-``page_cut_off.png``, ``page_not_confirmed.png``, ``page_started_again.png``. It needs chromium and takes
-two minutes.
+``python -m tools.page_pictures docs/img`` writes ``page.png`` and ``page_phone.png`` (while it runs),
+``page_run.png`` and ``page_run_phone.png`` (how it ran), ``page_breakpoint.png`` and
+``page_breakpoint_phone.png`` (it stands before a node), and in each state of its link
+``page_stopped_phone.png``, ``page_missions_silent.png``, ``page_cut_off.png``, ``page_not_confirmed.png``,
+``page_started_again.png``. It needs chromium and takes three minutes on a machine with nothing else to do.
 """
 
 from __future__ import annotations
 
 import argparse
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -19,13 +21,15 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from playwright.sync_api import Page, expect, sync_playwright
+from playwright.sync_api import Locator, Page, expect, sync_playwright
 
 PORT = 8099
 ADDRESS = f"http://localhost:{PORT}"
 PATIENCE_MS = 300_000.0
 SHOWN_AT_MS = 9_000.0
 """Into the run: the robot is on its way."""
+STANDS_BEFORE = "what is said"
+"""Of the name of a node of goto_user that comes when the robot has driven and looked."""
 SCREEN, PHONE = {"width": 1280, "height": 720}, {"width": 390, "height": 780}
 
 
@@ -51,13 +55,7 @@ def system(folder: str) -> Iterator[None]:
 
 def take(page: Page, folder: Path) -> None:
     """Start a run and take the pictures."""
-    page.goto(ADDRESS)
-    expect(page.get_by_text("no map has come yet")).to_have_count(0)
-    page.get_by_role("button", name="Start…").click()
-    page.get_by_role("dialog").get_by_label("mission").fill("goto_user")
-    page.get_by_role("option", name="goto_user", exact=True).click()
-    page.get_by_role("dialog").get_by_role("button", name="Start").click()
-    expect(page.get_by_role("status")).to_contain_text("goto_user runs")
+    start(page)
     page.wait_for_timeout(SHOWN_AT_MS)
     page.screenshot(path=folder / "page.png")
     page.set_viewport_size(PHONE)
@@ -65,13 +63,61 @@ def take(page: Page, folder: Path) -> None:
     page.wait_for_timeout(1000.0)
     page.screenshot(path=folder / "page_phone.png")
     page.set_viewport_size(SCREEN)
-    expect(page.get_by_role("status")).not_to_contain_text("runs")
+    page.get_by_role("button", name="Stop", exact=True).click()
+    expect(status(page)).to_contain_text("was stopped")
+
+
+def take_breakpoint(page: Page, folder: Path) -> None:
+    """Start a run, set a breakpoint by a click, and take the pictures when the run stands there."""
+    start(page)
+    word = page.get_by_label("find a node")
+    word.fill(STANDS_BEFORE)
+    row = page.get_by_role("treeitem").filter(has_text=STANDS_BEFORE).first.get_attribute("id")
+    page.locator(f".florence-gutter:has(+ #{row})").click()
+    word.fill("")
+    expect(page.get_by_role("button", name="Go on", exact=True)).to_be_enabled()
+    page.wait_for_timeout(1000.0)
+    page.screenshot(path=folder / "page_breakpoint.png")
+    page.set_viewport_size(PHONE)
+    page.get_by_role("button", name="whole map").click()
+    page.wait_for_timeout(1000.0)
+    page.screenshot(path=folder / "page_breakpoint_phone.png")
+    page.set_viewport_size(SCREEN)
+    page.get_by_role("button", name="Stop", exact=True).click()
+    page.get_by_role("button", name=re.compile("^take away")).click()
+    expect(status(page)).to_contain_text("was stopped")
+
+
+def take_run(page: Page, folder: Path) -> None:
+    """Take the pictures of the last run, as it stood somewhere in it."""
+    page.goto(ADDRESS)
     page.get_by_role("link", name="goto_user").click()
     slider = page.get_by_role("slider").first.bounding_box()
     assert slider is not None
     page.mouse.click(slider["x"] + 0.6 * slider["width"], slider["y"] + slider["height"] / 2.0)
     page.wait_for_timeout(2000.0)
     page.screenshot(path=folder / "page_run.png")
+    page.set_viewport_size(PHONE)
+    page.get_by_role("button", name="whole map").click()
+    page.wait_for_timeout(1000.0)
+    page.screenshot(path=folder / "page_run_phone.png")
+    page.set_viewport_size(SCREEN)
+
+
+def start(page: Page) -> None:
+    """Start goto_user from the form."""
+    page.goto(ADDRESS)
+    expect(page.get_by_text("no map has come yet")).to_have_count(0)
+    page.get_by_role("button", name="Start…").click()
+    page.get_by_role("dialog").get_by_label("mission").fill("goto_user")
+    page.get_by_role("option", name="goto_user", exact=True).click()
+    page.get_by_role("dialog").get_by_role("button", name="Start").click()
+    expect(status(page)).to_contain_text("goto_user runs")
+
+
+def status(page: Page) -> Locator:
+    """Return the line that says how things stand."""
+    return page.get_by_role("status").first
 
 
 def take_states(page: Page, folder: Path, run: Path) -> None:
@@ -94,7 +140,7 @@ def take_states(page: Page, folder: Path, run: Path) -> None:
     page.set_viewport_size(SCREEN)
     expect(word).to_have_attribute("data-state", "free")
     with stopped(run, "missions"):
-        expect(page.get_by_role("status")).to_contain_text("the mission server has said nothing")
+        expect(status(page)).to_contain_text("the mission server has said nothing")
         page.screenshot(path=folder / "page_missions_silent.png")
     with stopped(run, "page"):
         expect(word).to_contain_text("what you see is old")
@@ -143,6 +189,8 @@ def main() -> None:
         page.set_default_timeout(PATIENCE_MS)
         expect.set_options(timeout=PATIENCE_MS)
         take(page, folder)
+        take_breakpoint(page, folder)
+        take_run(page, folder)
         take_states(page, folder, Path(runs))
         browser.close()
 

@@ -62,8 +62,13 @@ def annotations_of(node: Behaviour) -> Annotations:
 
 def shown_name(node: Behaviour) -> str:
     """Return the name of a node for dumps: with the value of its key when it has been started."""
+    return node.name if node.status is Status.INVALID else name_with_value(node)
+
+
+def name_with_value(node: Behaviour) -> str:
+    """Return the name of a node with the value that its key has now, if it has one."""
     title = annotations_of(node).title
-    if title is None or node.status is Status.INVALID:
+    if title is None:
         return node.name
     try:
         value = title.shown(title.value.resolve(title.keys))

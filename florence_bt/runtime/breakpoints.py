@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable
+from collections.abc import Callable, Collection, Iterable, Iterator
 
 from py_trees.behaviour import Behaviour
 
+from florence_bt.behaviours.annotations import name_with_value
 from florence_bt.behaviours.run_skill import RunSkill
 from florence_bt.behaviours.why import path_of
 from florence_bt.trees.kinds import CallMission
@@ -46,30 +47,42 @@ class Breakpoints:
             return True
         if self.paths and path_of(node) in self.paths:
             return True
-        return any(means(name, node) for name in self.names)
+        return any(means(name, _way_of(node)) for name in self.names)
 
 
-def means(name: str, node: Behaviour) -> bool:
-    """Tell whether the name of a breakpoint means a node."""
-    *above, last = (_plain(part) for part in name.split("/"))
-    if last not in _names_of(node):
+def means(name: str, way: Iterable[Collection[str]]) -> bool:
+    """Tell whether the name of a breakpoint means a node.
+
+    Args:
+        name: The name, with names of nodes above before slashes. In each ``_`` and blanks are the same.
+        way: What the node is called, then what each node above it is called, up to the root.
+    """
+    *above, last = map(_plain, name.split("/"))
+    steps = (set(map(_plain, names)) for names in way)
+    if last not in next(steps):
         return False
-    at: Behaviour | None = node.parent
-    while above and at is not None:
-        if above[-1] in _names_of(at):
+    for names in steps:
+        if above and above[-1] in names:
             above.pop()
-        at = at.parent
     return not above
 
 
+def _way_of(node: Behaviour) -> Iterator[set[str]]:
+    at: Behaviour | None = node
+    while at is not None:
+        yield _names_of(at)
+        at = at.parent
+
+
 def _names_of(node: Behaviour) -> set[str]:
-    names = [node.name]
+    """Return what a node is called: its name, also as people see it, its skill, the mission that it calls."""
+    names = {node.name, name_with_value(node)}
     if isinstance(node, RunSkill):
-        names.append(node.skill)
+        names.add(node.skill)
     origin = origin_of(node)
     if origin is not None and isinstance(origin.node, CallMission):
-        names.append(origin.node.mission.text)
-    return set(map(_plain, names))
+        names.add(origin.node.mission.text)
+    return names
 
 
 def _plain(name: str) -> str:

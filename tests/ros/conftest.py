@@ -14,7 +14,9 @@ import fcntl
 import gc
 import itertools
 import os
+import shutil
 import signal
+import socket
 import subprocess
 import sys
 import tempfile
@@ -250,6 +252,42 @@ def start_process(ros_domain: int, tmp_path: Path) -> Iterator[Callable[..., Chi
         if child.process.poll() is None:
             child.process.kill()
             child.process.wait()
+
+
+BROWSER_MOMENT_MS = 60_000
+
+
+@pytest.fixture
+def open_page(
+    ros: RosBench, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, start_process: Callable[..., Child]
+) -> Iterator[Callable[..., Any]]:
+    """Open the robot's page in chromium: ``open_page("look")`` as somebody with a token of that role.
+
+    Further words are those of ``florence page``.
+    """
+    from playwright.sync_api import sync_playwright
+
+    with socket.socket() as server:
+        server.bind(("127.0.0.1", 0))
+        port: int = server.getsockname()[1]
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "config"))
+    with sync_playwright() as started:
+        chromium = started.chromium.launch(executable_path=shutil.which("chromium"), args=["--no-sandbox"])
+
+        def open_as(role: str = "", *words: str | Path) -> Any:
+            from florence_page.access import make_token, tokens_file
+
+            asked = f"?token={make_token(role, tokens_file())}" if role else ""
+            page = start_process("-m", "florence_bt.cli", "page", "--port", str(port), *words)
+            page.wait_for("Ctrl-C ends it")
+            opened = chromium.new_page()
+            opened.set_default_timeout(BROWSER_MOMENT_MS)
+            opened.goto(f"http://localhost:{port}/{asked}")
+            opened.get_by_role("tree").wait_for()
+            return opened
+
+        yield open_as
+        chromium.close()
 
 
 DRIVE = SkillDeclaration(

@@ -3,31 +3,25 @@
 from __future__ import annotations
 
 import shutil
-import socket
-from collections.abc import Callable, Iterator
-from pathlib import Path
+from collections.abc import Callable
 from typing import Any
 
 import pytest
 
 pytest.importorskip("nicegui")
 pytest.importorskip("rclpy")
-playwright = pytest.importorskip("playwright.sync_api", reason="playwright drives the browser")
-CHROMIUM = shutil.which("chromium")
-if CHROMIUM is None:
+pytest.importorskip("playwright.sync_api", reason="playwright drives the browser")
+if shutil.which("chromium") is None:
     pytest.skip("there is no chromium", allow_module_level=True)
 
-from florence_interfaces.msg import Question, RunState  # noqa: E402
-from florence_interfaces.srv import AnswerQuestion  # noqa: E402
-from florence_page.question import FRESH, NEW_CARD_S  # noqa: E402
+from florence_interfaces.msg import Question, RunState
+from florence_interfaces.srv import AnswerQuestion
+from florence_page.question import FRESH, NEW_CARD_S
 
-from florence_bt.ros.node import FlorenceNode  # noqa: E402
-from florence_bt.ros.qos import LATCHED  # noqa: E402
-from tests.ros.conftest import Child  # noqa: E402
-from tests.ros.test_page import answers  # noqa: E402
+from florence_bt.ros.node import FlorenceNode
+from florence_bt.ros.qos import LATCHED
 
 pytestmark = pytest.mark.ros
-MOMENT_MS = 60_000
 COME_IN = Question(id="one", text="Shall I come in?", choices=["yes", "no"])
 DRINKS = Question(id="two", text="Tea or coffee?", choices=["tea", "coffee"])
 MANY = Question(id="many", text="Which room? " * 20, choices=[f"room {number}" for number in range(40)])
@@ -75,24 +69,9 @@ class MissionServer(FlorenceNode):
 
 
 @pytest.fixture
-def page(
-    ros: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, start_process: Callable[..., Child]
-) -> Iterator[Any]:
+def page(open_page: Callable[..., Any]) -> Any:
     """A browser that looks at a page."""
-    with socket.socket() as server:
-        server.bind(("127.0.0.1", 0))
-        port: int = server.getsockname()[1]
-    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "config"))
-    start_process("-m", "florence_bt.cli", "page", "--port", str(port)).wait_for("Ctrl-C ends it")
-    ros.spin_until(lambda: answers(port))
-    with playwright.sync_playwright() as started:
-        chromium = started.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
-        opened = chromium.new_page()
-        opened.set_default_timeout(MOMENT_MS)
-        opened.goto(f"http://localhost:{port}/")
-        opened.get_by_role("button", name="STOP THE ROBOT").wait_for()
-        yield opened
-        chromium.close()
+    return open_page()
 
 
 def card(page: Any, text: str) -> Any:

@@ -57,6 +57,7 @@ class Film:
 
     Attributes:
         recorded: The run.
+        moments: Its moments, one for each frame.
         failures: The numbers of the moments in which a node failed by itself, in order.
         ends_early: Why there are no frames of the whole run; empty when there are.
 
@@ -77,8 +78,8 @@ class Film:
         self._kept: OrderedDict[int, Frame] = OrderedDict()
         self._frames = self._play()
         self._next = 0
-        moments = self._replay().moments[: self._count]
-        self.failures = [moment.number for moment in moments if any(map(_fails_itself, moment.events))]
+        self.moments = self._replay().moments[: self._count]
+        self.failures = [moment.number for moment in self.moments if any(map(fails_itself, moment.events))]
 
     def __len__(self) -> int:
         """Count the frames."""
@@ -122,7 +123,7 @@ class Film:
         said: list[str] = []
         keys: dict[str, str] = {}
         for moment in replay.steps():
-            said += [str(event.inputs.get("text", "")) for event in moment.events if _speaks(event)]
+            said += [str(event.inputs.get("text", "")) for event in moment.events if speaks(event)]
             before, keys = keys, _keys(replay)
             changed = frozenset(name for name, value in keys.items() if before.get(name) != value)
             rows = replay.run.rows or replay.tree.rows()
@@ -140,15 +141,16 @@ def sentences(moment: Moment) -> Iterator[str]:
 
 def _is_telling(event: JournaledEvent) -> bool:
     skills = (EventKind.SKILL_STARTED.value, EventKind.SKILL_ENDED.value)
-    return event.kind in FROM_OUTSIDE or event.kind in skills or _fails_itself(event)
+    return event.kind in FROM_OUTSIDE or event.kind in skills or fails_itself(event)
 
 
-def _fails_itself(event: JournaledEvent) -> bool:
+def fails_itself(event: JournaledEvent) -> bool:
     """Tell whether a node fails that is the cause itself, and not one above it."""
     return event.new == Status.FAILURE.name and event.data.get("cause") == event.node
 
 
-def _speaks(event: JournaledEvent) -> bool:
+def speaks(event: JournaledEvent) -> bool:
+    """Tell whether the robot begins to say something."""
     return event.kind == EventKind.SKILL_STARTED.value and event.skill == SAY
 
 

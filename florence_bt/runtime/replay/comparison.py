@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import zip_longest
@@ -17,6 +18,7 @@ from florence_bt.runtime.run import RunStatus
 from florence_bt.runtime.status import values_text
 
 NOTHING = "nothing more"
+_WHERE_IT_WAS = re.compile(r"\(it was at ([^:)]+)[:)].*")
 _BECOMES = {
     Status.RUNNING.name: "begins",
     Status.SUCCESS.name: "succeeds",
@@ -73,6 +75,15 @@ class Difference:
         )
 
 
+def without_feedback(reason: str) -> str:
+    """Return the reason of a failure without what a skill had fed back when its time was over.
+
+    ``timeout`` says where it was, ``(it was at drive: 2 m to go)``. A skill's feedback is not recorded, so a
+    replay says ``(it was at drive)``.
+    """
+    return _WHERE_IT_WAS.sub(r"(it was at \1)", reason)
+
+
 def first_difference(
     moment: Moment, done: Sequence[RunEvent], started: float, *, complete: bool
 ) -> Difference | None:
@@ -107,16 +118,15 @@ def ending_difference(
     """
     event = moment.events[0]
     cause = str(event.data.get("cause", ""))
-    recorded = Deed(cause, f"the run ends {event.new}, {event.code}", event.reason)
+    recorded = Deed(cause, f"the run ends {event.new}, {event.code}", without_feedback(event.reason))
     replayed = Deed(cause, f"the run goes on at {tip!r}") if over is None else _of_end(*over)
     return _difference(moment, started, recorded, replayed) if recorded != replayed else None
 
 
 def _of_end(status: RunStatus, why: Why | None) -> Deed:
     path, code, reason = ("", "", "") if why is None else (why.path, why.code, why.reason)
-    return Deed(
-        path, f"the run ends {status.value}, {'ok' if status is RunStatus.SUCCEEDED else code}", reason
-    )
+    ends = f"the run ends {status.value}, {'ok' if status is RunStatus.SUCCEEDED else code}"
+    return Deed(path, ends, without_feedback(reason))
 
 
 def _difference(moment: Moment, started: float, recorded: Deed | None, replayed: Deed | None) -> Difference:
@@ -147,7 +157,7 @@ def _deed_of(event: RunEvent) -> Deed:
 
 def _of_node(node: str, new: str, code: str, reason: str) -> Deed:
     # What a node says that does not fail may come from the feedback of a skill, which is not recorded.
-    because = f"{code}, {reason}" if new == Status.FAILURE.name else ""
+    because = f"{code}, {without_feedback(reason)}" if new == Status.FAILURE.name else ""
     return Deed(node, _BECOMES[new], because)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable
 from functools import cache
 from typing import NamedTuple
@@ -42,6 +43,7 @@ _KINDS: tuple[tuple[type[Behaviour], str], ...] = (
     (Until, "until"),
     (Interruptible, "interrupted_by"),
 )
+_KIND_BEHIND = re.compile(rf" \((?:{'|'.join(word for _, word in _KINDS)})\)$")
 
 
 class LastStatus(NamedTuple):
@@ -82,6 +84,11 @@ class TreeRow(NamedTuple):
     seconds: float | None = None
     left: bool = False
     call: bool = False
+
+    @property
+    def name(self) -> str:
+        """Its name, without the kind of composites."""
+        return _KIND_BEHIND.sub("", self.title)
 
     @property
     def running(self) -> bool:

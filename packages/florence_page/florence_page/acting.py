@@ -50,12 +50,18 @@ class Actor:
         """Tell whether the viewer has a role, or one that includes it."""
         return self.role >= role
 
+    def in_time(self, sent: Any) -> bool:
+        """Tell whether a press, as a browser sent it, still counts; that it does not is told."""
+        counts = self._judge(sent)
+        if not counts:
+            ui.notify(LATE, type="warning")
+        return counts
+
     def on_press(self, element: Pressed, do: Callable[[], Any], event: str = "click") -> Pressed:
         """Let a button act, unless its press comes late: what a broken line has held was meant for then."""
 
         async def pressed(event: GenericEventArguments) -> None:
-            if not self._judge(event.args):
-                ui.notify(LATE, type="warning")
+            if not self.in_time(event.args):
                 return
             done = do()
             if isinstance(done, Awaitable):

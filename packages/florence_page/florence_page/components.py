@@ -8,9 +8,9 @@ from typing import Any
 from nicegui.element import Element
 
 from florence_bt.core.geometry import Pose2, normalize_angle
-from florence_bt.runtime.journal.text import ReachedNode
 from florence_bt.skills.robot_description.room import RoomParameters
-from florence_page.parts import NOT_REACHED, SIGNS
+from florence_bt.trees.drawings.ascii import TreeRow
+from florence_page.parts import tree_parts
 
 _LIVE = {"florence-live": "components/live"}
 
@@ -22,7 +22,6 @@ class MapView(Element, component="components/map_view.js", esm=_LIVE):
         picking: Whether dragging gives a heading from the beginning, and moves the map only with two fingers.
         plain: Whether it is only looked at: no pose is chosen, and nothing is shown on request.
         path: The way of a recorded run, to be shown in place of what happens now; poses in the map frame.
-        person: Where it found somebody.
     """
 
     def __init__(
@@ -31,7 +30,6 @@ class MapView(Element, component="components/map_view.js", esm=_LIVE):
         picking: bool = False,
         plain: bool = False,
         path: Sequence[Sequence[float]] | None = None,
-        person: tuple[float, float] | None = None,
     ) -> None:
         super().__init__()
         self._props["footprint"] = [list(corner) for corner in RoomParameters().make_footprint().corners]
@@ -39,43 +37,60 @@ class MapView(Element, component="components/map_view.js", esm=_LIVE):
         self._props["plain"] = plain
         if path is not None:
             self._props["path"] = [list(pose) for pose in path]
-            self._props["person"] = None if person is None else list(person)
 
     def show_chosen(self, pose: Pose2 | None) -> None:
         """Show the pose that somebody has chosen."""
         self._props["chosen"] = None if pose is None else [pose.x, pose.y, pose.yaw]
         self.update()
 
-    def show_way(self, points: int) -> None:
-        """Show the first so many points of the way of a recorded run."""
-        self.run_method("show_way", points)
+    def show_way(self, points: int, person: tuple[float, float] | None) -> None:
+        """Show the first so many points of the way of a recorded run, and where it had found somebody."""
+        self.run_method("show_way", points, person)
 
 
 class TreeView(Element, component="components/tree_view.js", esm=_LIVE):
     """The tree of the running mission, or of a recorded run.
 
+    Emits ``break`` with the place and the title of a row when somebody sets a breakpoint there, or takes it
+    away, and when they pressed.
+
     Args:
-        nodes: Every node of the recorded run, a parent before its children; None for what runs now.
-        cause: The path of the node that caused the end of the recorded run.
+        rows: The nodes of a recorded run, a parent before its children; None for what runs now.
+        cause: The place of the row that caused the end of the recorded run.
+        breaks: Whether the viewer may set breakpoints in what runs now; all see them.
     """
 
-    def __init__(self, *, nodes: Sequence[ReachedNode] | None = None, cause: str = "") -> None:
+    def __init__(
+        self, *, rows: Sequence[TreeRow] | None = None, cause: int | None = None, breaks: bool = False
+    ) -> None:
         super().__init__()
-        self._number = {node.path: number for number, node in enumerate(nodes or ())}
-        if nodes is not None:
-            self._props["nodes"] = [[node.name, self._number.get(node.parent, -1)] for node in nodes]
-            self._props["cause"] = self._number.get(cause, -1)
+        self._props["breaks"] = breaks
+        if rows is not None:
+            self._props["nodes"] = tree_parts(rows)["tree"]
+            self._props["cause"] = -1 if cause is None else cause
 
-    def show_nodes(self, reached: Sequence[ReachedNode]) -> None:
-        """Show how the nodes of a recorded run stand; those that are not named are not reached yet."""
-        signs = [NOT_REACHED] * len(self._number)
-        said = {}
-        for node in reached:
-            number = self._number[node.path]
-            signs[number] = SIGNS[node.mark]
-            if node.said:
-                said[number] = node.said
-        self.run_method("show_marks", {"statuses": "".join(signs), "said": said})
+    def show_rows(self, rows: Sequence[TreeRow]) -> None:
+        """Show how the nodes of a recorded run stood."""
+        self.run_method("show_tree", tree_parts(rows))
+
+
+class RunKeys(Element, component="components/run_keys.js"):
+    """Keys that go through a recorded run, as in the terminal; emits ``go`` with the key."""
+
+
+class BreakpointBar(Element, component="components/breakpoint_bar.js", esm=_LIVE):
+    """The breakpoints that are set, and where a paused run stands, with the buttons and keys to go on.
+
+    Emits ``step`` and ``go_on`` with the id of the run, ``remove`` with the name of a breakpoint, each with
+    when somebody pressed.
+
+    Args:
+        acts: Whether the viewer may do that; all see it.
+    """
+
+    def __init__(self, *, acts: bool) -> None:
+        super().__init__()
+        self._props["acts"] = acts
 
 
 class StatusView(Element, component="components/status_view.js", esm=_LIVE):

@@ -5,23 +5,43 @@ from __future__ import annotations
 import asyncio
 import threading
 from collections import OrderedDict
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
+from html import escape
 from pathlib import Path
 from urllib.parse import urlencode
 
 from nicegui import ui
 from nicegui.events import ValueChangeEventArguments
 
-from florence_bt.app.runs.playback import MOST_EVENTS, Moment, Playback, RunsPage, read_playback, read_runs
+from florence_bt.app.runs.playback import (
+    MOST_EVENTS,
+    Mark,
+    Moment,
+    Playback,
+    RunsPage,
+    read_playback,
+    read_runs,
+)
 from florence_bt.core.errors import FlorenceError
 from florence_bt.runtime.journal import JournaledRun
 from florence_bt.runtime.run import RunStatus
 from florence_bt.runtime.status import duration_text
-from florence_page.components import MapView, TreeView
+from florence_page.components import MapView, RunKeys, TreeView
 
 RUNS_A_PAGE = 25
 DEEPEST_PAGE = 1_000_000
+PAGE = 10
+"""Steps of a page key, as in the terminal."""
+FAILURE = "failure"
+_MARK_COLOURS = {FAILURE: "#b3261e", "stop": "#8a6d00", "question": "#1f6fd6"}
+_MARK_PLACES = 400
+"""So many marks of a kind can stand beside each other below the slider."""
+_NEW_KEY = ' style="color:#2a7f3b"'
+_GOES = {"ArrowLeft": "before", "ArrowRight": "next", "f": "next failure", "F": "failure before"}
+_KEY_SIGNS = {"ArrowLeft": "←", "ArrowRight": "→"}
+OPEN_S = 60.0
+"""Seconds that a run may take to be opened: it is run again. Chosen for 5,000 events on a busy machine."""
 MOST_KEPT = 4
 """How many runs are kept for whoever looks at them next."""
 _COLOURS = {RunStatus.SUCCEEDED: "positive", RunStatus.FAILED: "negative", RunStatus.ABORTED: "negative"}
@@ -51,7 +71,7 @@ def add_history(folder: Path | None) -> None:
 
     recent = RecentPlaybacks(folder)
 
-    @ui.page("/run", title="Run")
+    @ui.page("/run", title="Run", response_timeout=OPEN_S)
     async def run(id: str = "") -> None:
         try:
             playback, moment = await asyncio.to_thread(recent.open, id)
@@ -82,7 +102,7 @@ class RecentPlaybacks:
         with self._turn:
             self._kept.pop(run_id, None)
             playback = self._find(run_id)
-        return playback, playback.moment(len(playback) - 1)
+            return playback, playback.moment(len(playback) - 1)
 
     def moment(self, run_id: str, number: int) -> Moment:
         """Return how a run that was opened stood after one of its steps.
@@ -90,9 +110,8 @@ class RecentPlaybacks:
         Raises:
             ConfigError: It is gone from the journal.
         """
-        with self._turn:
-            playback = self._find(run_id)
-        return playback.moment(number)
+        with self._turn:  # to be run again, a run has one place at a time
+            return self._find(run_id).moment(number)
 
     def _find(self, run_id: str) -> Playback:
         playback = self._kept.pop(run_id, None) or read_playback(self._folder, run_id)
@@ -168,7 +187,9 @@ def _show_head(playback: Playback) -> None:
         ui.link("‹ all runs", "runs")
         ui.label(run.mission).classes("font-bold")
         ui.label(run.state.lower()).classes(f"text-{_COLOURS.get(run.status, 'warning')}")
-        ui.label(run.run_id).classes("text-xs text-grey")
+        accepted = run.accepted.replace("T", " ").partition(".")[0]
+        ui.label(f"recorded {accepted} UTC").classes("text-xs text-grey")
+        ui.label(run.run_id).classes("text-xs text-grey max-sm:hidden")
     if run.reason:
         ui.label(run.reason).classes("text-negative" if run.status is not RunStatus.SUCCEEDED else "")
     if run.cause:
@@ -178,7 +199,7 @@ def _show_head(playback: Playback) -> None:
 
 
 class RunPage:
-    """One run as it ran: a slider over its events, its tree, and the map with its way.
+    """One run as it was: a slider over its steps with marks, its tree and keys, and the map with its way.
 
     Args:
         playback: The run; it is not kept.
@@ -188,27 +209,75 @@ class RunPage:
 
     def __init__(self, playback: Playback, end: Moment, moment: Callable[[int], Moment]) -> None:
         self._moment = moment
-        ui.query(".nicegui-content").classes("p-2 gap-1 w-full h-screen no-wrap")
+        ui.query(".nicegui-content").classes("p-2 gap-1 w-full h-dvh no-wrap")
         _show_head(playback)
-        self._last = last = len(playback) - 1
-        self._wanted = self._shown = last
+        self._last = len(playback) - 1
+        self._failures = sorted({mark.step for mark in playback.marks if mark.kind == FAILURE})
+        self._wanted = self._shown = self._last
         self._busy = False
         with ui.row().classes("w-full items-center gap-2 no-wrap"):
-            ui.button(icon="chevron_left", on_click=lambda: self._step(-1)).props("flat dense").mark("before")
-            self._slider = (
-                ui.slider(min=0, max=max(last, 1), value=last, on_change=self._on_slide)
-                .classes("grow")
-                .mark("slider")
-            )
-            ui.button(icon="chevron_right", on_click=lambda: self._step(1)).props("flat dense").mark("next")
-        self._text = ui.label().classes("text-sm").mark("moment")
-        with ui.element("div").classes("w-full grow grid grid-cols-1 lg:grid-cols-2 gap-2 min-h-0"):
-            self._map = MapView(path=playback.path, person=playback.person).classes("w-full h-full")
-            self._tree = TreeView(nodes=playback.nodes, cause=playback.run.cause).classes("w-full h-full")
+            self._button("keyboard_double_arrow_left", "F")
+            self._button("chevron_left", "ArrowLeft")
+            with ui.element("div").classes("grow"):
+                self._slider = (
+                    ui.slider(min=0, max=max(self._last, 1), value=self._last, on_change=self._on_slide)
+                    .classes("w-full")
+                    .mark("slider")
+                )
+                self._show_marks(playback.marks)
+            self._button("chevron_right", "ArrowRight")
+            self._button("keyboard_double_arrow_right", "f")
+        RunKeys().on("go", lambda event: self._go(event.args)).mark("pressed")
+        self._text = ui.label().classes("text-sm h-10 shrink-0 overflow-y-auto").mark("moment")
+        halves = "grid grid-cols-1 grid-rows-2 lg:grid-cols-2 lg:grid-rows-1 gap-2"
+        with ui.element("div").classes(f"w-full grow min-h-0 {halves}"):
+            self._map = MapView(path=playback.path).classes("w-full h-full")
+            with ui.element("div").classes("flex flex-col flex-nowrap w-full h-full min-h-0"):
+                tree = TreeView(rows=end.rows, cause=playback.cause)
+                self._tree = tree.classes("w-full grow min-h-0").mark("tree")
+                if playback.without:
+                    why = ui.label(f"the keys are not known: {playback.without}")
+                    why.classes("text-xs text-grey-8 shrink-0 max-h-8 overflow-y-auto")
+                keys = ui.html(sanitize=False).classes("w-full text-xs font-mono max-h-28 overflow-y-auto")
+                self._keys = keys.props("role=list aria-label=keys").mark("keys")
         self._show(end)
 
-    def _step(self, by: int) -> None:
-        self._slider.value = min(max(self._slider.value + by, 0), self._last)
+    def _button(self, icon: str, key: str) -> None:
+        """Add a button that does what a key does."""
+        title = f"{_GOES[key]} ({_KEY_SIGNS.get(key, key)})"
+        button = ui.button(icon=icon, on_click=lambda: self._go(key)).props(
+            f'flat dense aria-label="{title}"'
+        )
+        button.tooltip(title).mark(_GOES[key])
+        if key in ("f", "F") and not self._failures:
+            button.disable()
+
+    def _show_marks(self, marks: Sequence[Mark]) -> None:
+        """Draw the marks below the slider, where they are: a click goes there."""
+        with ui.element("div").classes("relative w-full h-3").mark("marks"):
+            shown = {
+                (round(_MARK_PLACES * mark.step / max(self._last, 1)), mark.kind): mark for mark in marks
+            }
+            for (place, kind), mark in shown.items():
+                tick = ui.element("button").props(f'data-kind={kind} aria-label="{kind}"').tooltip(mark.text)
+                tick.classes("absolute top-0 w-1.5 h-3 -ml-[3px] rounded-sm").mark(kind)
+                tick.style(f"left: {100.0 * place / _MARK_PLACES:.1f}%; background: {_MARK_COLOURS[kind]}")
+                tick.on("click", partial(self._slider.set_value, mark.step))
+
+    def _go(self, key: object) -> None:
+        """Go where a key leads; one that means nothing leads nowhere."""
+        here, last = self._wanted, self._last
+        steps = {"ArrowRight": 1, "ArrowLeft": -1, "PageDown": PAGE, "PageUp": -PAGE}
+        if key in steps:
+            self._slider.value = min(max(here + steps[str(key)], 0), last)
+        elif key in ("g", "Home"):
+            self._slider.value = 0
+        elif key in ("G", "End"):
+            self._slider.value = last
+        elif key == "f":
+            self._slider.value = next((step for step in self._failures if step > here), here)
+        elif key == "F":
+            self._slider.value = next((step for step in reversed(self._failures) if step < here), here)
 
     async def _on_slide(self, event: ValueChangeEventArguments) -> None:
         """Show the step that was chosen last; it is worked out on a thread: others look at the page, too."""
@@ -227,6 +296,19 @@ class RunPage:
             self._busy = False
 
     def _show(self, moment: Moment) -> None:
-        self._text.text = f"+{moment.at:.1f} s {moment.text}"
-        self._map.show_way(moment.points)
-        self._tree.show_nodes(moment.nodes)
+        said = f' · said "{moment.said}"' if moment.said else ""
+        step = f"step {self._shown + 1} of {self._last + 1}"
+        self._text.text = f"{step} · +{moment.at:.1f} s {moment.text}{said}"
+        self._map.show_way(moment.points, moment.person)
+        self._tree.show_rows(moment.rows)
+        self._keys.set_content("".join(_key_line(moment, name) for name in _new_first(moment)))
+
+
+def _new_first(moment: Moment) -> list[str]:
+    return sorted(moment.keys, key=lambda name: name not in moment.changed)
+
+
+def _key_line(moment: Moment, name: str) -> str:
+    """Write a key with its value as it was; one that has just changed is green."""
+    text = escape(f"{name.removeprefix('/')} = {moment.keys[name]}")
+    return f'<div role="listitem"{_NEW_KEY if name in moment.changed else ""}>{text}</div>'

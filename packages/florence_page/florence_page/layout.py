@@ -12,9 +12,11 @@ from nicegui import core, ui
 
 from florence_page.access import ROLE, Role
 from florence_page.acting import Actor, soon
+from florence_page.breakpoints import BreakpointControls
 from florence_page.components import (
     ABOVE_BAR,
     RECONNECT_S,
+    BreakpointBar,
     DrivePad,
     MapView,
     RobotBar,
@@ -68,9 +70,15 @@ class Page:
                 _icon("edit_note", "write missions", lambda: ui.navigate.to("/edit/"))
         # Two lines, whatever there is to say: nothing below or above moves under a finger.
         StatusView().classes("w-full shrink-0 h-10 overflow-y-auto shows-robot")
-        with ui.element("div").classes("w-full grow grid grid-cols-1 lg:grid-cols-2 gap-2 min-h-0"):
+        # Halves of a fixed size: what comes below the tree moves nothing but the tree's lower end.
+        halves = "grid grid-cols-1 grid-rows-2 lg:grid-cols-2 lg:grid-rows-1 gap-2"
+        with ui.element("div").classes(f"w-full grow min-h-0 {halves}"):
             view = MapView().classes("w-full h-full shows-robot").mark("map")
-            TreeView().classes("w-full h-full shows-robot shows-missions").mark("tree")
+            with ui.element("div").classes("flex flex-col flex-nowrap w-full h-full min-h-0"):
+                runs = actor.may(Role.RUN)
+                tree = TreeView(breaks=runs).classes("w-full grow min-h-0 shows-robot shows-missions")
+                bar = BreakpointBar(acts=runs).classes("w-full shrink-0 shows-robot shows-missions")
+                BreakpointControls(actor, tree.mark("tree"), bar.mark("breakpoints"))
         if actor.may(Role.RUN):
             RobotBar()
             QuestionCards(actor)

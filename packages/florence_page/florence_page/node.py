@@ -5,14 +5,15 @@ from __future__ import annotations
 import itertools
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any
 
 import numpy as np
 from action_msgs.msg import GoalStatus, GoalStatusArray
-from florence_interfaces.msg import RunTree, Zones
-from florence_interfaces.srv import AnswerQuestion
+from florence_interfaces.msg import RunTree as RunTreeMsg
+from florence_interfaces.msg import Zones
+from florence_interfaces.srv import AnswerQuestion, SetBreakpoints
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
 from nav_msgs.msg import Path as PathMsg
@@ -61,10 +62,13 @@ from florence_bt.ros.robot_state import (
     RobotState,
 )
 from florence_bt.ros.tf import TransformListener
+from florence_bt.runtime.viewers.run_tree import RunTree
 from florence_bt.skills.locator.hotspots import Hotspots
 from florence_bt.skills.locator.markers import hotspots_from_ros
+from florence_page.asking import StandingQuestion
 from florence_page.parts import LiveParts, places_part, tree_parts
 from florence_page.pictures import camera_picture, costmap_picture, map_picture
+from florence_page.shown_tree import ShownTree
 
 MAP_FRAME, BASE_FRAME = "map", "base_link"
 FOLLOW_S = 0.1
@@ -82,8 +86,6 @@ WANTS = frozenset({SCENE, *LAYERS})
 """What a viewer can want to see; what comes seldom is always there."""
 CAMERA_S = 0.5
 """Seconds between two pictures of the camera, at least."""
-QUESTIONS_S = 3.0
-"""Seconds for which the mission server's word about open questions counts. It is asked twice a second."""
 SCENE_SILENT_S = 3.0
 """Seconds of silence after which what comes several times a second has ended: the pose, scans, people, the
 camera's pictures. Chosen: a busy machine holds a message up by less."""
@@ -100,7 +102,8 @@ BASE, MISSIONS = "base", "missions"
 NAVIGATION = frozenset({"navigation", "navigate"})
 """The process that drives the robot, and with ``--split`` that of its node."""
 ASK_S = 0.5
-"""How often the mission server is asked whether a mission waits for an answer, while somebody looks."""
+"""How often the mission server is asked for open questions and breakpoints, while somebody looks."""
+BREAKPOINTS = "florence_bt/breakpoints"
 
 
 class PageNode(FlorenceNode):
@@ -113,6 +116,7 @@ class PageNode(FlorenceNode):
         parts: What viewers are sent.
         pictures: By name: ``map`` and the costmaps as PNG, the camera's as JPEG.
         places: The rooms and objects of the locator.
+        tree: The tree that viewers see.
         override: What the base's driver has said last about the manual override.
         on_stop: Called when the base's driver has counted one more stop, whoever pressed.
     """
@@ -141,11 +145,13 @@ class PageNode(FlorenceNode):
         self._missions: Heard[bool] = Heard(self.robot.time, ASK_S)
         self._missions.take(True)
         self._run: dict[str, Any] = {}
-        self._questions: tuple[AskedQuestion, ...] = ()
-        self._questions_until = -math.inf
-        self._answers = self.create_client(AnswerQuestion, "florence_bt/answer")
-        self._asked: Any = None
-        self._asked_until = -math.inf
+        self._questions: StandingQuestion[tuple[AskedQuestion, ...]] = StandingQuestion(
+            self, AnswerQuestion, "florence_bt/answer", self._read_questions, ()
+        )
+        self.tree = ShownTree()
+        self._breakpoints: StandingQuestion[tuple[str, ...] | None] = StandingQuestion(
+            self, SetBreakpoints, BREAKPOINTS, self._read_breakpoints, None
+        )
         # That the process of navigation runs is the supervisor's word; without one nobody denies it.
         self._navigation: Heard[bool] = Heard(self.robot.time, ASK_S)
         self._navigation.take(True)
@@ -176,34 +182,52 @@ class PageNode(FlorenceNode):
     @property
     def questions(self) -> tuple[AskedQuestion, ...]:
         """List what missions wait to be answered, by the mission server's last word, while that is new."""
-        return self._questions if self.steady.now() < self._questions_until else ()
+        return self._questions.value
 
     def take_away(self, question: AskedQuestion) -> None:
         """Show a question no longer: it has its answer."""
-        self._questions = tuple(each for each in self._questions if each != question)
+        self._questions.take(tuple(each for each in self.questions if each != question))
 
     def begin_to_ask(self) -> None:
         """Take note that somebody has begun to look: the mission server is asked from now on."""
         self._missions.take(True)
 
-    def look_for_questions(self) -> None:
-        """Ask the mission server for open questions, one call at a time; that it answers shows it lives."""
-        now = self.steady.now()
-        if not self._answers.service_is_ready():
-            self._questions = ()
-        elif self._asked is None or self._asked.done() or now >= self._asked_until:
-            if self._asked is not None:
-                self._answers.remove_pending_request(self._asked)
-            self._asked = self._answers.call_async(AnswerQuestion.Request())
-            self._asked_until = now + QUESTIONS_S
-            self._asked.add_done_callback(self.guarded(self._on_questions))
+    def ask_mission_server(self) -> None:
+        """Ask for open questions and breakpoints; that it answers shows that the mission server lives."""
+        self._questions.ask()
+        self._breakpoints.ask()
+        self._show_breakpoints()
 
-    def _on_questions(self, asked: Any) -> None:
+    def _read_questions(self, answer: Any) -> tuple[AskedQuestion, ...]:
         self._missions.take(True)
-        self._questions_until = self.steady.now() + QUESTIONS_S
-        self._questions = tuple(
-            AskedQuestion(each.id, each.text, tuple(each.choices)) for each in asked.result().questions
-        )
+        return tuple(AskedQuestion(each.id, each.text, tuple(each.choices)) for each in answer.questions)
+
+    # ---- breakpoints ----------------------------------------------------------------------------------
+
+    @property
+    def breakpoints(self) -> tuple[str, ...]:
+        """List the breakpoints that are set, by whomever; empty while the mission server says nothing."""
+        return self._breakpoints.value or ()
+
+    def take_breakpoints(self, names: Sequence[str]) -> None:
+        """Show the breakpoints that there are after a change."""
+        self._breakpoints.take(tuple(names))
+        self._show_breakpoints()
+
+    def show_tree(self, tree: RunTree) -> None:
+        """Show the tree of a run, with its breakpoints; without nodes none is shown."""
+        self.tree = self.tree.followed_by(tree)
+        for name, value in tree_parts(tree.nodes).items():
+            self.parts.put(name, value)
+        self._show_breakpoints()
+
+    def _read_breakpoints(self, answer: Any) -> tuple[str, ...]:
+        self._missions.take(True)
+        return tuple(answer.breakpoints)
+
+    def _show_breakpoints(self) -> None:
+        names = self.breakpoints
+        self.parts.put("breakpoints", {"names": names, "rows": self.tree.marked(names)})
 
     def _note_silence(self) -> None:
         """Tell viewers who has said nothing for how many whole seconds, of those whose word is shown."""
@@ -348,13 +372,13 @@ class SceneNode(FlorenceNode):
         )
         self._tree: bytes | None = None
         self._tree_due = -math.inf
-        checked = self._checked(self._on_tree, RUN_TREE, RunTree, None, judge_stamps=False)
-        self._decode_tree = self._decoded(checked, RUN_TREE, RunTree)
-        self.create_subscription(RunTree, RUN_TREE, self._on_tree_bytes, LATCHED, raw=True, **brief)
+        checked = self._checked(self._on_tree, RUN_TREE, RunTreeMsg, None, judge_stamps=False)
+        self._decode_tree = self._decoded(checked, RUN_TREE, RunTreeMsg)
+        self.create_subscription(RunTreeMsg, RUN_TREE, self._on_tree_bytes, LATCHED, raw=True, **brief)
         self.create_subscription(PoseWithCovarianceStamped, AMCL_POSE, self._on_pose, LATCHED, **brief)
         self.create_timer(FOLLOW_S, self._follow_robot)
         page.begin_to_ask()
-        call_every(self.steady, ASK_S, page.look_for_questions)
+        call_every(self.steady, ASK_S, page.ask_mission_server)
         call_every(self.steady, ENDED_LOOK_S, self._look_what_has_ended)  # a simulation that died has no time
 
     def want(self, wanted: frozenset[str]) -> None:
@@ -429,8 +453,7 @@ class SceneNode(FlorenceNode):
 
     def _forget_tree(self) -> None:
         self._tree = None
-        for name, value in tree_parts([]).items():
-            self._parts.put(name, value)
+        self._page.show_tree(RunTree())
 
     def _show(self, **changes: Any) -> None:
         self._scene |= changes
@@ -512,9 +535,8 @@ class SceneNode(FlorenceNode):
         end = self.steady.now()
         self._tree_due = end + (end - begin) / TREE_SHARE
 
-    def _on_tree(self, message: RunTree) -> None:
-        for name, value in tree_parts(run_tree_from_ros(message).nodes).items():
-            self._parts.put(name, value)
+    def _on_tree(self, message: RunTreeMsg) -> None:
+        self._page.show_tree(run_tree_from_ros(message))
 
 
 def _percent(battery: BatteryCharge | None) -> int | None:

@@ -14,6 +14,7 @@ from florence_bt.app.runs.recorded_mission import read_recorded_mission
 from florence_bt.cli.application import app
 from florence_bt.core.clock import ManualClock
 from florence_bt.core.errors import ConfigError
+from florence_bt.mission_testing.mocks.mocks import Step
 from florence_bt.runtime.executor import Executor
 from florence_bt.runtime.journal import Journal, JournalReader
 from florence_bt.runtime.run import MissionRequest, RunIds
@@ -129,6 +130,18 @@ def test_an_exception_out_of_a_skill_cannot_be_run_again(tmp_path):
     recorded = _of_bench(bench, tmp_path / "runs")
     with pytest.raises(ConfigError, match="exception"):
         difference_of(recorded)
+
+
+@pytest.mark.parametrize(("catches", "code"), [(False, "timed_out"), (True, "ok")])
+def test_what_a_skill_had_fed_back_when_its_time_was_over_is_no_difference(tmp_path, catches, code):
+    bench = Bench(tmp_path, log=Journal(tmp_path / "runs"))
+    bench.script(Step(None, feedback_at=((0.5, "2 m to go (of 3)"),)))
+    late = "{timeout: 3 s, do: {drive: }}"
+    tree = f"{{sequence: [{late}], on_failure: {{timed_out: {{work: }}}}}}" if catches else late
+    run = bench.run_text(f"tree: {tree}")
+    recorded = _of_bench(bench, tmp_path / "runs")
+    assert any("2 m to go" in event.reason for event in recorded.events)
+    assert run.status.final and run.code == code and difference_of(recorded) is None
 
 
 def test_an_outcome_that_was_tampered_with_is_a_difference(tmp_path):

@@ -112,6 +112,16 @@ def test_nodes_are_named_as_people_see_them(bench, name):
     assert (run.status is RunStatus.PAUSED) is not name.startswith("run ")
 
 
+@pytest.mark.parametrize(
+    ("name", "stands"),
+    [("wait $pause", True), ("wait 2 s", True), ("own/wait 2 s", True), ("wait 3 s", False)],
+)
+def test_a_value_in_a_name_is_written_as_its_key_or_as_it_is_shown(bench, name, stands):
+    run = start(bench, "{sequence: [set: {pause: 2 s}, wait: $pause]}", name)
+    bench.clock.advance(10.0)
+    assert (run.status is RunStatus.PAUSED) is stands
+
+
 def test_breakpoints_are_told_until_they_are_taken_away(bench):
     run = start(bench, "{sequence: [work: , drive: ]}", "drive", "work")
     assert bench.executor.breakpoints == ("drive", "work") and "drive" in "".join(bench.executor.warnings())

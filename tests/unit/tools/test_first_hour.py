@@ -15,8 +15,9 @@ from tools.first_hour import Block, CommandWentWrong, commands_of, transcript, w
 
 ROOT = Path(__file__).parents[3]
 PAGE = (ROOT / "docs" / "manual" / "first_hour.md").read_text()
-FLORENCE = sorted({command for command in commands_of(PAGE) if command.startswith("florence ")})
-OFFLINE = ("$ florence check", "$ florence draw", "$ florence test")
+ASSURANCE = (ROOT / "docs" / "manual" / "assurance.md").read_text()
+FLORENCE = sorted({command for command in commands_of(PAGE + ASSURANCE) if command.startswith("florence ")})
+OFFLINE = ("$ florence check", "$ florence draw", "$ florence test", "$ florence verify")
 
 
 def record(folder: Path, text: str) -> str:
@@ -78,7 +79,7 @@ def is_offline(block: Block) -> bool:
 
 @pytest.mark.parametrize("command", FLORENCE)
 def test_the_commands_of_the_first_hour_and_their_options_exist(command: str) -> None:
-    words = command.split()[1:]
+    words = command.partition(" $(")[0].split()[1:]
     options = [word for word in words if word.startswith("-")]
     subcommands = words[: 2 if words[0] in ("skills", "hotspot") else 1]
     told = CliRunner().invoke(app, [*subcommands, "--help"], env={"COLUMNS": "100"}, catch_exceptions=False)
@@ -87,7 +88,8 @@ def test_the_commands_of_the_first_hour_and_their_options_exist(command: str) ->
 
 
 @pytest.mark.slow
-def test_the_first_hour_shows_what_commands_without_a_robot_say(tmp_path: Path) -> None:
+@pytest.mark.parametrize(("page", "least"), [(PAGE, 3), (ASSURANCE, 6)], ids=["first hour", "assurance"])
+def test_a_page_shows_what_commands_without_a_robot_say(page: str, least: int, tmp_path: Path) -> None:
     for name in ("examples", "hotspots"):
         (tmp_path / name).symlink_to(ROOT / name)
     environment = {
@@ -98,9 +100,9 @@ def test_the_first_hour_shows_what_commands_without_a_robot_say(tmp_path: Path) 
     }
     shown = [
         (block.text, new)
-        for block, new in transcript(PAGE, tmp_path, environment, is_offline)
+        for block, new in transcript(page, tmp_path, environment, is_offline)
         if block.kind == "console"
     ]
-    assert len(shown) >= len(OFFLINE)
+    assert len(shown) >= least
     for old, new in shown:
         assert new == old

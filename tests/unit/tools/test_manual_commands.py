@@ -72,7 +72,7 @@ def test_there_are_many_and_wrong_ones_are_found():
 
 OFFLINE = re.compile(r"florence (?:check|draw|schema|missions|hotspot (?:check|list|draw)) ")
 ELSEWHERE = re.compile(
-    r"[A-Z]{3,}|--live|home\.yaml|wrong\.yaml|my_robot|hand_missions| - |--map$|draw$|list$"
+    r"[A-Z]{3,}|--live|home\.yaml|wrong\.yaml|my_robot|hand_missions|sure/| - |--map$|draw$|list$"
 )
 """Placeholders, systems that must run, and files of pages that have tests of their own."""
 RUN = sorted(

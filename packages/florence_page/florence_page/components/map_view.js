@@ -25,7 +25,7 @@ export default {
     <img v-if="camera" :src="camera" alt="what the camera sees" style="position:absolute;right:.5rem;bottom:.5rem;width:min(20rem,45%);border:2px solid #fff;border-radius:.3rem">
     <div v-if="!has_map" style="position:absolute;inset:0;display:grid;place-items:center;color:#777">no map has come yet</div>
   </div>`,
-  props: { footprint: Array, picking: Boolean, plain: Boolean, chosen: Array, path: Array, person: Array },
+  props: { footprint: Array, picking: Boolean, plain: Boolean, chosen: Array, path: Array },
   emits: ["place"],
   data() { return { pointer: "", following: false, has_map: false, picks: this.picking, shown: {}, camera: "" }; },
   created() { this.unwant = {}; },
@@ -72,9 +72,9 @@ export default {
       }
     },
     // Of a recorded run: the way up to the moment that is looked at.
-    show_way(points) {
+    show_way(points, person) {
       this.trail = this.path.slice(0, points);
-      const people = this.person ? [{ x: this.person[0], y: this.person[1], text: "was found here" }] : [];
+      const people = person ? [{ x: person[0], y: person[1], text: "was found here" }] : [];
       this.parts.scene = { pose: this.trail[this.trail.length - 1], people };
       if (!this.view) this.fit();
       this.draw_soon();
