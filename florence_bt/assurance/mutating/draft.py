@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from florence_bt.assurance.mutating.names import name_of
+from florence_bt.assurance.mutating.names import name_of, named_by
 from florence_bt.assurance.mutating.pairs import PLACE, TEXT, Pair, Way
 from florence_bt.assurance.scenario import (
     inputs_of,
@@ -41,6 +41,7 @@ class Draft:
         skills: Skill -> its script.
         when: What people do, each a line of YAML.
         then: What must hold, each a line of YAML or several.
+        named: The skills of whose failures the name speaks.
     """
 
     name: str
@@ -48,6 +49,7 @@ class Draft:
     skills: Mapping[str, str] = field(default_factory=dict)
     when: tuple[str, ...] = ()
     then: tuple[str, ...] = ()
+    named: frozenset[str] = frozenset()
 
     def text(self, indent: str = "  ") -> str:
         """Write it as an item of ``scenarios``."""
@@ -86,12 +88,14 @@ def draft_of(
         for at, how in played.stops[:1]
         for line in (f"- at: {at:g} s", f"  {how}: requested by the scenario")
     )
+    step = pair.last_step(way)
     return Draft(
-        name_of(pair.last_step(way)),
+        name_of(step),
         inputs_of(mission, played, values),
         scripts,
         when,
         ("status: SUCCEEDED",),
+        named_by(step),
     )
 
 

@@ -220,7 +220,7 @@ class Judge:
         finished = self._finished(draft, mission)
         if finished is None:
             return None
-        for name in (*draft.skills, *draft.inputs):
+        for name in (*(each for each in draft.skills if each not in draft.named), *draft.inputs):
             shorter = shortened(draft, name)
             again = self._finished(shorter, mission)
             if again is not None:

@@ -15,20 +15,31 @@ def name_of(step: LastStep) -> str:
     return f"{effect} {cause}" if cause else effect
 
 
+def named_by(step: LastStep) -> frozenset[str]:
+    """Return the skills of whose failures the name speaks."""
+    return frozenset(each.skill for each, _ in _failures(step))
+
+
 def _cause(step: LastStep) -> str:
     if step.event in ("stop", "override"):
         return "when somebody stops it" if step.event == "stop" else "when somebody takes the robot over"
-    ended = [each for each in step.first if each.what == "end" and each.result is not None]
-    failed = [each for each in ended if each.result is not None and not each.result.succeeded]
-    wanted = [each for each in failed if each.result is not None and each.result.code != "cancelled"]
-    if wanted:
-        causes = [
-            f"{_node(each)} fails with {each.result.code}" for each in wanted if each.result is not None
-        ]
+    causes = [f"{_node(each)} fails with {code}" for each, code in _failures(step)]
+    if causes:
         return f"when {' and '.join(dict.fromkeys(causes))}"
     if step.event == "time":
         return f"after {step.seconds:g} s"
+    ended = [each for each in step.first if each.what == "end" and each.result is not None]
     return f"after {_node(ended[-1])}" if ended and step.event != "begin" else ""
+
+
+def _failures(step: LastStep) -> list[tuple[Happening, str]]:
+    """Return the failures at that moment, each with its code."""
+    return [
+        (each, each.result.code)
+        for each in step.first
+        if each.what == "end" and each.result is not None
+        if not each.result.succeeded and each.result.code != "cancelled"
+    ]
 
 
 def _effect(step: LastStep) -> str:
