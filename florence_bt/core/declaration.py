@@ -191,7 +191,8 @@ class Port:
         if self.kind.item is not None:
             one = Port(self.kind.item, "", choices=self.choices)
             return next((problem for each in value if (problem := one.problem_with(each))), None)
-        if self.choices and value not in self.choices:
+        # Of a text that stands for an unknown one its own characters count.
+        if self.choices and str.__str__(value) not in self.choices:
             return f"{value!r} is none of {', '.join(self.choices)}"
         if isinstance(value, Pose2):
             return None if value.is_within_limits() else f"{value!r} is not finite, or too far away"
