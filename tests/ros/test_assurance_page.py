@@ -12,7 +12,7 @@ from tools.first_hour import Block, transcript
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "manual" / "assurance.md").read_text(encoding="utf-8")
-ELSEWHERE = ("$ florence check", "$ florence verify", "$ florence test", "$ florence sweep")
+ELSEWHERE = tuple(f"$ florence {verb}" for verb in ("check", "verify", "mutate", "test", "sweep"))
 """What the test of pages without a robot types, and a sweep, which takes a minute for each run."""
 
 
