@@ -39,7 +39,7 @@ NAME = "mutated"
 PLACES = (BUILT_IN, *(ROOT / "examples" / each for each in FOLDERS if "greeter" not in each))
 """Folders of missions; each has a library of its own."""
 LIMIT_S = 5.0
-"""How long the verifier may look at one change, in seconds of the processor."""
+"""Seconds of the processor for which the verifier may look at one change."""
 
 
 @dataclass(frozen=True, slots=True)

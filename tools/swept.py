@@ -1,4 +1,4 @@
-"""What sweeps of the experiments in ``experiments/`` have shown, as tables in the docs.
+"""Tables in the docs of what sweeps of the experiments in ``experiments/`` have shown.
 
 ``python tools/swept.py goto_user --write docs/notes/trials.md`` runs what is not in
 ``sweeps/goto_user.sqlite`` yet, as ``florence sweep experiments/goto_user.yaml`` does.

@@ -23,7 +23,7 @@ from florence_bt.trees.language.vocabulary import BESIDE_PROPERTY, PROPERTY_WORD
 ENDING = ".properties.yml"
 """Ending of the file beside a mission that says what must hold of it."""
 IT = "it"
-"""What stands for the mission itself in an event."""
+"""Word for the mission itself in an event."""
 _EVENT = re.compile(
     r"(?P<who>[a-z][a-z0-9_]*)"
     r"(?: (?P<how>begins|fails|succeeds|is stopped|ends)(?: with (?P<code>[a-z][a-z0-9_]*))?)?"
@@ -31,11 +31,11 @@ _EVENT = re.compile(
 _WHILE = re.compile(r" while (?=(?:[^\"']|\"[^\"]*\"|'[^']*')*$)")
 """The word between the two sides of a ``never``, outside of quotes."""
 EXAMPLES = ("say", "navigate_to fails with no_path", "it ends with battery_low", "$distance < 0.3 m")
-"""What can stand behind ``never``."""
+"""Forms of what stands behind ``never``."""
 _EXAMPLE = "properties:\n  - at_most: {say: 3}"
 
 Parts: TypeAlias = dict[str, Any]
-"""What is special to a property of a word: fields of :class:`Property`."""
+"""Fields of :class:`Property` that only the properties of some words have."""
 
 
 def read_properties(reader: Reader, source: YamlNode | None) -> tuple[Property, ...]:

@@ -130,10 +130,10 @@ def test_a_dialog_that_is_over_leaves_nothing_on_the_page(tmp_path, opens, close
 
     async def do(user, page):
         await user.should_see("run", retries=50)
-        before = len(page._toggle.client.elements)
+        before = len(user.client.elements)
         user.find(kind=ui.button, **opens).click()
         await click(user, closes)
-        await until(lambda: len(page._toggle.client.elements) == before)
+        await until(lambda: len(user.client.elements) == before)
 
     edit(tmp_path, do, there=True, told=True, reads_own=True)
 
@@ -147,13 +147,13 @@ def test_what_does_not_hold_is_marked_until_the_text_changes(tmp_path):
         for text in ("BROKEN, 1 thing", "it is left on", "0 s  wait: RUNNING"):
             await user.should_see(text, retries=50)
         (editor,) = user.find(kind=MissionText).elements
-        [marked] = editor._props["findings"]
+        [marked] = editor.props["findings"]
         assert (marked["line"], marked["severity"]) == (3, "error") and "left on" in marked["message"]
         user.find(kind=ui.button, marker="save-scenario").click()
         await user.should_see("it fails until the mission is mended", retries=50)
         assert (tmp_path / "scenarios" / "tea.yaml").read_text() == "mission: tea\n"
         await page._on_text(TEXT.replace("1 s", "2 s"))
-        assert editor._props["findings"] == []
+        assert editor.props["findings"] == []
 
     edit(tmp_path, do)
 

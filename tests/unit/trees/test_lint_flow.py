@@ -142,7 +142,7 @@ def test_what_nobody_reads(workshop):
 )
 def test_kinds(workshop, tree, at, problem):
     inputs = (
-        "inputs: {l: {type: length}, v: {type: speed}, p: {type: pose},"
+        "inputs: {l: {type: length}, v: {type: speed, min: 0.1 m/s}, p: {type: pose},"
         " long: {type: duration, default: 1 min}, zero: {type: integer, default: 0}}\n"
     )
     found = workshop.lines(f"tree: {tree}\n{inputs}")
