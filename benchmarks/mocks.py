@@ -25,7 +25,10 @@ def succeeding(
     declaration: SkillDeclaration, clock: Clock, mock: type[ScriptedSkill] = ScriptedSkill
 ) -> ScriptedSkill:
     """Return a skill that succeeds, after a second when it takes time."""
-    outputs = {name: value_of(port.kind) for name, port in declaration.outputs.items()}
+    outputs = {
+        name: port.choices[0] if port.choices else value_of(port.kind)
+        for name, port in declaration.outputs.items()
+    }
     if declaration.name == "get_robot_pose":
         outputs["pose"] = ROBOT
     after = 0.0 if declaration.instant else 1.0
