@@ -272,6 +272,11 @@ def test_ends_of_actions_become_results() -> None:
     assert ended("approach_person", Outcome.CANCELLED, code="", reason="").outcome is Outcome.CANCELLED
     seen = ended("look_for_user", Outcome.SUCCEEDED, found=True, x=1.0, y=2.0, phi=0.5, **person)
     assert seen == success(user=POSE, **person)
+    without = ended(
+        "look_for_user", Outcome.SUCCEEDED, found=True, x=1.0, y=2.0, phi=0.5, **{**person, "posture": ""}
+    )
+    posture = own_declarations()["look_for_user"].outputs["posture"]
+    assert posture.problem_with(without.outputs["posture"]) is None
     nobody = ended("look_for_user", Outcome.FAILED, found=False, error_code=2, error_msg="")
     assert nobody.code == "no_image"
     assert ended("look_for_user", Outcome.CANCELLED).outcome is Outcome.CANCELLED

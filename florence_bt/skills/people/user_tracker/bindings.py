@@ -32,7 +32,7 @@ def _looked(message: Any, outcome: Outcome) -> Result:
         user=user,
         distance=message.distance,
         user_id=message.user_id,
-        posture=message.posture,
+        posture=message.posture or "unknown",  # a tracker that tells no postures leaves it empty
         height=message.height,
     )
 
