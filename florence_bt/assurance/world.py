@@ -120,6 +120,22 @@ class WorldMoment:
     cover: tuple[ManualTimer, str] | None = None
 
 
+def end_events(ways: list[list[Ended]], *, late: bool) -> Iterator[NextEvent]:
+    """Yield each way in which one skill ends, or two of them at one moment.
+
+    Args:
+        ways: For each skill that runs the ways in which it can end.
+        late: Whether one can also end right before the next timer.
+    """
+    for number, own in enumerate(ways):
+        for ended in own:
+            yield NextEvent("end", (ended,))
+            if late:
+                yield NextEvent("end", (ended,), late=True)
+            for others in ways[number + 1 :]:
+                yield from (NextEvent("end", (ended, other)) for other in others)
+
+
 class World(Unchanging):
     """A mission whose skills may do anything.
 
@@ -306,13 +322,7 @@ class World(Unchanging):
         ways = [
             [Ended(number, end) for end in range(len(_open(entry).ends))] for number, entry in enumerate(runs)
         ]
-        for number, own in enumerate(ways):
-            for ended in own:
-                yield NextEvent("end", (ended,))
-                if late:
-                    yield NextEvent("end", (ended,), late=True)
-                for others in ways[number + 1 :]:
-                    yield from (NextEvent("end", (ended, other)) for other in others)
+        yield from end_events(ways, late=late)
         for number, (timer, seconds) in enumerate(self.clock.still_open().items()):
             if self._may_expire(timer, seconds):
                 yield NextEvent("expire", timer=number)

@@ -9,7 +9,7 @@ from pathlib import Path
 from florence_bt.app.mission_files.output import write_output
 from florence_bt.app.mission_files.verifying import load_missions
 from florence_bt.assurance.mutating.campaign import Campaign, run_campaign
-from florence_bt.assurance.mutating.judging import Judge, Limits
+from florence_bt.assurance.mutating.judging import Judge
 from florence_bt.assurance.mutating.mutation_report import report_of
 from florence_bt.core.errors import ConfigError
 from florence_bt.mission_testing.scenarios.scenario_file import Libraries, read_scenarios
@@ -80,8 +80,7 @@ def judge_of(name: str, library: MissionLibrary, options: MutateOptions) -> Judg
     files = [file for file in scenario_files(places) if _is_about(file, name, options.folders)]
     named = [file for file in files if file.stem == name]
     new_file = next(iter((*named, *files)), None) or _new_file(places, mission)
-    limits = Limits(options.limit_s)
-    return Judge(name, library, declarations, files, new_file, options.folders, limits)
+    return Judge(name, library, declarations, files, new_file, options.folders, options.limit_s)
 
 
 def usual_places(mission: Mission) -> tuple[Path, ...]:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 
+from florence_bt.assurance.explorer import Limits
 from florence_bt.assurance.mutating.draft import (
     Draft,
     Observed,
@@ -41,18 +42,6 @@ MAX_DRAFTS = 12
 
 
 @dataclass(frozen=True, slots=True)
-class Limits:
-    """The limits of looking at one change.
-
-    Attributes:
-        seconds: How long the verifier may take for its properties, and again to tell it from the original, in
-            seconds of the processor.
-    """
-
-    seconds: float = 10.0
-
-
-@dataclass(frozen=True, slots=True)
 class Judged:
     """A change, and who notices it.
 
@@ -82,7 +71,8 @@ class Judge:
         files: Its scenario files.
         new_file: The file to which scenarios are added.
         folders: Folders of missions for the scenarios.
-        limits: When to give up.
+        limit_s: Seconds of the processor that the verifier may take for the properties of one change, and
+            again to tell it from the original.
     """
 
     name: str
@@ -91,7 +81,7 @@ class Judge:
     files: Sequence[Path]
     new_file: Path
     folders: tuple[Path, ...] = ()
-    limits: Limits = field(default_factory=Limits)
+    limit_s: float = 10.0
 
     @property
     def mission(self) -> Mission:
@@ -101,9 +91,7 @@ class Judge:
     @cached_property
     def original(self) -> Verifier:
         """The verifier of the missions as they are."""
-        from florence_bt.assurance.explorer import Limits as ExplorerLimits
-
-        return Verifier(self.library, self.declarations, ExplorerLimits(self.limits.seconds))
+        return Verifier(self.library, self.declarations, Limits(self.limit_s))
 
     @cached_property
     def _broken(self) -> frozenset[str]:
@@ -207,7 +195,7 @@ class Judge:
 
     def _draft(self, pair: Pair, mission: Mission) -> Draft | None:
         """Return a scenario that shows a difference; None when none was found that does."""
-        for number, way in enumerate(pair.differences(self.limits.seconds, MAX_STEPS)):
+        for number, way in enumerate(pair.differences(self.limit_s, MAX_STEPS)):
             draft = draft_of(pair, way, self.mission, pair.declarations)
             if draft is not None and (shown := self._shown(draft, mission)) is not None:
                 return shown

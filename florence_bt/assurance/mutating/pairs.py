@@ -28,6 +28,7 @@ from florence_bt.assurance.world import (
     Happening,
     NextEvent,
     World,
+    end_events,
 )
 from florence_bt.behaviours.why import explain
 from florence_bt.core.declaration import Port, SkillDeclaration
@@ -372,13 +373,7 @@ class Pair:
         passes = due is not None and due - now > 2 * JUST_BEFORE_S
         late = passes and any(each.has_other_timers for each in self._versions)
         ways = [[Ended(number, end) for end in range(ends)] for number, (_, ends) in enumerate(runs)]
-        for number, own in enumerate(ways):
-            for ended in own:
-                yield NextEvent("end", (ended,))
-                if late:
-                    yield NextEvent("end", (ended,), late=True)
-                for others in ways[number + 1 :]:
-                    yield from (NextEvent("end", (ended, other)) for other in others)
+        yield from end_events(ways, late=late)
         if due is not None and all(each.may_wait for each in self._versions if each.clock.next_due() == due):
             yield NextEvent("time")
             if len(runs) > 1 or late:
